@@ -1,0 +1,7 @@
+"""`python -m fastncm`."""
+
+import sys
+
+from fastncm.cli import main
+
+sys.exit(main())

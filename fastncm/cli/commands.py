@@ -1,0 +1,115 @@
+"""What each command does. The first line of a docstring is the command's help."""
+
+import argparse
+import sys
+
+from fastncm.cli import output
+from fastncm.cli.codes import BROKEN_OFF, DONE, SOME_FAILED
+from fastncm.cli.inputs import OUT_SUFFIXES, PLOT_SUFFIXES, check_file, settings
+
+
+def scenes(_: argparse.Namespace) -> int:
+    """List the shipped scenes."""
+    from fastncm.scene import shipped_scenes
+
+    for name, description in shipped_scenes().items():
+        print(f"{name:16} {description}")
+    return DONE
+
+
+def solve(options: argparse.Namespace) -> int:
+    """Solve one scene along its path, print the curve, write it where asked."""
+    from fastncm.scene import load_scene
+
+    scene = load_scene(options.scene).replace(settings(options.set))
+    check_file(options.out, "--out", OUT_SUFFIXES)
+    check_file(options.plot, "--plot", PLOT_SUFFIXES)
+    output.announce_compiling()
+
+    from fastncm.curve import solve as solve_curve
+    from fastncm.sweep.read import failed_rows
+
+    curve = solve_curve(scene)
+    frame = curve.frame()
+    print(f"{scene.name}: {len(frame)} positions")
+    output.print_curve(curve)
+    if options.out:
+        output.write_frame(frame, options.out)
+        print(f"curve: {options.out}")
+    if options.plot:
+        from fastncm.plot import plot_curve
+
+        print(f"picture: {plot_curve(curve, options.plot)}")
+    failed = failed_rows(frame["status"])
+    if failed:
+        print(f"failed: {failed} of {len(frame)} positions")
+    return SOME_FAILED if failed else DONE
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Run a study on all cores; print the table's place, the pictures and the best designs."""
+    from fastncm.sweep import BrokenOff
+    from fastncm.sweep import sweep as run_sweep
+
+    try:
+        run = run_sweep(options.study, options.out, options.jobs)
+    except BrokenOff as error:
+        print(f"fastncm: {error}", file=sys.stderr)
+        return BROKEN_OFF
+    if not run.fresh:
+        print("this study is complete already: nothing was solved again")
+    print(
+        f"{run.rows} cases in {run.seconds:.2f} s, {run.failed} failed; "
+        f"{run.shape_paths} shape paths, {run.solves} contact solves"
+    )
+    print(f"table: {run.out / 'cases'}")
+    plot(argparse.Namespace(folder=run.out))
+    goal = f"{run.report.best} {run.report.column}"
+    limits = "".join(f", {name} <= {limit:g}" for name, limit in run.report.limits.items())
+    print(f"best designs ({goal}{limits}):")
+    best = run.best()
+    print(output.table(best.drop(columns=["status", "advice"])) if len(best) else "  none")
+    return output.report_failed_cases(run.out)
+
+
+def status(options: argparse.Namespace) -> int:
+    """Say how far a sweep has come and what failed."""
+    from fastncm.sweep.folder import read_manifest
+    from fastncm.sweep.read import count_statuses
+
+    manifest = read_manifest(options.folder)
+    counts = count_statuses(options.folder)
+    print(
+        f"{manifest.study['name']}: {manifest.state}, {sum(counts.values())} of {manifest.cases} "
+        f"cases in the table, {manifest.seconds:.2f} s"
+    )
+    for (word, _), number in sorted(counts.items()):
+        print(f"  {word}: {number}")
+    return output.report_failed_cases(options.folder)
+
+
+def plot(options: argparse.Namespace) -> int:
+    """Draw the pictures of a sweep into its folder."""
+    from fastncm.plot import plot_run
+
+    for picture in plot_run(options.folder):
+        print(f"picture: {picture}")
+    return DONE
+
+
+def warmup(_: argparse.Namespace) -> int:
+    """Compile everything the shipped scenes need, so that later commands start at once."""
+    from time import perf_counter
+
+    from fastncm.cases import solve_chunk
+    from fastncm.curve import solve as solve_curve
+    from fastncm.scene import load_scene, shipped_scenes
+
+    started = perf_counter()
+    for name in shipped_scenes():
+        for shear in (False, True):
+            scene = load_scene(name).replace({"model.shear": shear})
+            solve_curve(scene)
+            solve_chunk(scene, {}, curves=True)
+    print(f"ready: compiled code loaded or made in {perf_counter() - started:.1f} s")
+    return DONE

@@ -1,0 +1,227 @@
+"""Polynomials that are orthonormal in the strain energy, tabulated at the Gauss points.
+
+The curvature is ``psi'(s) = sum_k u_k phi_k(s)`` with ``integral D phi_k phi_l ds = delta_kl`` where
+``D(s) = (w(s) / w(0))^3`` is the bending stiffness over that of the clamp. The energy is then
+``V = 1/2 sum_k u_k^2`` for every thickness profile: no stiffness matrix is integrated or factorised in
+the solver, and the unknowns are well scaled whatever the taper. On a uniform finger the phi_k are
+Legendre's. Shear angles are expanded in the same way with the weight ``A(s) = w(s) / w(0)``.
+
+(Lan & Lee 2008, eqs. (7), (8), expand psi and gamma in monomials, ill-conditioned beyond order 8.)
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.constants import MAX_ORDER
+
+#: Gauss points that integrate (weight of degree 3) x (two polynomials of degree 31) exactly.
+_EXACT = 40
+
+
+class Quadrature(NamedTuple):
+    """Gauss-Legendre rule on [0, 1] for one order.
+
+    nodes, weights: shape (Q,). integral: shape (Q, Q), ``integral[i, j]``: weight of the value at node j
+    in the integral from 0 to node i.
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    integral: np.ndarray
+
+
+class Profile(NamedTuple):
+    """Basis of one thickness profile at the Q Gauss points.
+
+    slope: (n, Q) integral of phi_k from 0 to the node; end: (n,) the same up to the tip;
+    curvature: (n, Q) phi_k; stiffness: (Q,) D; shear: (n, Q) shear functions; shear_end: (n,) their values at
+    the tip; area: (Q,) A.
+    """
+
+    slope: np.ndarray
+    end: np.ndarray
+    curvature: np.ndarray
+    stiffness: np.ndarray
+    shear: np.ndarray
+    shear_end: np.ndarray
+    area: np.ndarray
+
+
+def quadrature_points(order: int) -> int:
+    """Gauss points for `order` modes: their error stays below that of the modes (tests/kernels/test_basis.py)."""
+    return order + 3
+
+
+@functools.cache
+def quadrature(points: int) -> Quadrature:
+    """The rule with `points` Gauss points, and its matrix of running integrals."""
+    nodes, weights = _unit_gauss(points)
+    recurrence = np.empty((points, 2))
+    exact_nodes, exact_weights = _unit_gauss(max(_EXACT, points + 1))
+    stieltjes(exact_nodes, exact_weights, recurrence)
+    at_nodes = np.empty((points, points))
+    running = np.empty((points, points))
+    for i, s in enumerate(nodes):
+        evaluate(recurrence, s, at_nodes[:, i])
+        integrate(recurrence, s, exact_nodes, exact_weights, running[:, i])
+    # the Lagrange polynomial of node j is sum_k weights_j phi_k(s_j) phi_k(s)
+    return Quadrature(nodes, weights, np.ascontiguousarray(running.T @ (at_nodes * weights)))
+
+
+@functools.cache
+def _unit_gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
+    x, w = leggauss(points)
+    return (x + 1.0) / 2.0, w / 2.0
+
+
+@driver
+def stieltjes(nodes, weights, recurrence):
+    """Three-term recurrence of the polynomials orthonormal for the discrete measure `weights` on `nodes`.
+
+    recurrence: (n, 2), overwritten: ``b_{k} phi_k = (s - a_k) phi_{k-1} - b_{k-1} phi_{k-2}``, row k holds
+    ``(a_k, b_k)``, row 0 ``(0, |1|)``. Stieltjes' procedure (Gautschi 2004, sec. 2.2.3), stable in double
+    precision for the smooth weights used here.
+    """
+    n = recurrence.shape[0]
+    count = nodes.shape[0]
+    before = np.zeros(count)
+    current = np.empty(count)
+    total = 0.0
+    for i in range(count):
+        total += weights[i]
+    recurrence[0, 0] = 0.0
+    recurrence[0, 1] = np.sqrt(total)
+    for i in range(count):
+        current[i] = 1.0 / recurrence[0, 1]
+    b = 0.0
+    for k in range(1, n):
+        a = 0.0
+        for i in range(count):
+            a += weights[i] * nodes[i] * current[i] * current[i]
+        norm = 0.0
+        for i in range(count):
+            value = (nodes[i] - a) * current[i] - b * before[i]
+            before[i] = current[i]
+            current[i] = value
+            norm += weights[i] * value * value
+        b = np.sqrt(norm)
+        for i in range(count):
+            current[i] /= b
+        recurrence[k, 0] = a
+        recurrence[k, 1] = b
+
+
+@kernel
+def evaluate(recurrence, s, out):
+    """Values of all polynomials at `s`. out: (n,), overwritten."""
+    n = recurrence.shape[0]
+    out[0] = 1.0 / recurrence[0, 1]
+    before, b = 0.0, 0.0
+    for k in range(1, n):
+        value = ((s - recurrence[k, 0]) * out[k - 1] - b * before) / recurrence[k, 1]
+        before, b = out[k - 1], recurrence[k, 1]
+        out[k] = value
+
+
+@driver
+def integrate(recurrence, s, nodes, weights, out):
+    """Integrals of all polynomials from 0 to `s` by the rule (`nodes`, `weights`) on [0, 1].
+
+    out: (n,), overwritten. Exact where the rule has at least n / 2 points.
+    """
+    n = recurrence.shape[0]
+    values = np.empty(n)
+    for k in range(n):
+        out[k] = 0.0
+    for i in range(nodes.shape[0]):
+        evaluate(recurrence, s * nodes[i], values)
+        for k in range(n):
+            out[k] += s * weights[i] * values[k]
+
+
+@driver
+def fill_profile(ratio, exact_nodes, exact_weights, nodes, profile):
+    """Tables of a linear taper with tip thickness / clamp thickness = `ratio`, written into `profile`.
+
+    exact_nodes, exact_weights: the rule for the orthonormalisation; nodes: (Q,) where to tabulate. The
+    shear part is left out where `profile.shear` has no rows.
+    """
+    count = exact_nodes.shape[0]
+    order = profile.slope.shape[0]
+    recurrence = np.empty((order, 2))
+    weighted = np.empty(count)
+    column = np.empty(order)
+    for i in range(count):
+        weighted[i] = exact_weights[i] * (1.0 + (ratio - 1.0) * exact_nodes[i]) ** 3
+    stieltjes(exact_nodes, weighted, recurrence)
+    integrate(recurrence, 1.0, exact_nodes, exact_weights, profile.end)
+    for q in range(nodes.shape[0]):
+        thickness = 1.0 + (ratio - 1.0) * nodes[q]
+        profile.stiffness[q] = thickness**3
+        profile.area[q] = thickness
+        evaluate(recurrence, nodes[q], column)
+        profile.curvature[:, q] = column
+        integrate(recurrence, nodes[q], exact_nodes, exact_weights, column)
+        profile.slope[:, q] = column
+    if profile.shear.shape[0] == 0:
+        return
+    for i in range(count):
+        weighted[i] = exact_weights[i] * (1.0 + (ratio - 1.0) * exact_nodes[i])
+    stieltjes(exact_nodes, weighted, recurrence)
+    evaluate(recurrence, 1.0, profile.shear_end)
+    for q in range(nodes.shape[0]):
+        evaluate(recurrence, nodes[q], column)
+        profile.shear[:, q] = column
+
+
+@driver
+def _fill_profiles(ratios, exact_nodes, exact_weights, nodes, tables):
+    for i in range(ratios.shape[0]):
+        fill_profile(
+            ratios[i],
+            exact_nodes,
+            exact_weights,
+            nodes,
+            Profile(
+                tables.slope[i],
+                tables.end[i],
+                tables.curvature[i],
+                tables.stiffness[i],
+                tables.shear[i],
+                tables.shear_end[i],
+                tables.area[i],
+            ),
+        )
+
+
+def profiles(ratios: np.ndarray, order: int, shear: bool) -> Profile:
+    """Tables of all linear tapers `ratios` (tip / clamp thickness, shape (P,)), stacked along axis 0.
+
+    order: modes per field (2 to 32); shear: whether the shear functions are wanted.
+    """
+    if not 1 <= order <= MAX_ORDER:
+        raise ValueError(f"order must lie in 1 ... {MAX_ORDER}, got {order}")
+    count, points = len(ratios), quadrature_points(order)
+    modes = order if shear else 0
+    tables = Profile(
+        slope=np.empty((count, order, points)),
+        end=np.empty((count, order)),
+        curvature=np.empty((count, order, points)),
+        stiffness=np.empty((count, points)),
+        shear=np.empty((count, modes, points)),
+        shear_end=np.empty((count, modes)),
+        area=np.empty((count, points)),
+    )
+    exact_nodes, exact_weights = _unit_gauss(_EXACT)
+    _fill_profiles(
+        np.ascontiguousarray(ratios, dtype=np.float64),
+        exact_nodes,
+        exact_weights,
+        quadrature(points).nodes,
+        tables,
+    )
+    return tables

@@ -1,0 +1,230 @@
+"""Gap functions between jaw and target with first and second derivatives (Lan & Lee 2008, eqs. (9), (10)).
+
+Two formulas serve all pairs:
+
+* `target_point_gap`: a point of the target, `r` inside its surface (the centre of a circle; `r = 0` for
+  a sharp corner), in the distance field of the jaw's line, arc or corner. This is (10b).
+* `plane_gap`: a point of the jaw (a corner, or the extreme point of a convex arc) in front of a plane
+  of the target. With `target_point_gap` for a jaw point it is (10a).
+
+All gaps are signed distances in units of the finger's length, so that a multiplier is a force. A pose is
+`(x, y, psi)`: the tip's position and the angle of its section; the jaw turns with
+``[[cos, -sin], [sin, cos]]`` (the paper's (9) prints the inverse). A gap is the tuple
+
+``(g, gx, gy, gp, hxx, hxy, hyy, hxp, hyp, hpp, px, py, feature)``
+
+with the derivatives by the pose, the contact point `(px, py)` in space and the feature's code. The
+target moves along x, hence the derivative of `g` by its position is ``-gx``, that of `gx` ``-hxx`` ...
+"""
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import inlined
+
+
+@inlined
+def target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, feature):
+    """Gap between the circle of radius `r` about the target point `(px, py)` and one curve of the jaw.
+
+    The curve is, in the jaw's frame, the arc of centre `(mx, my)` and radius ``|rho|`` (``rho > 0``:
+    solid inside; ``rho < 0``: solid outside), a corner (``rho = 0``, ``nx = ny = 0``), or the straight
+    line through `(mx, my)` with the unit normal `(nx, ny)`.
+    """
+    dx, dy = px - x, py - y
+    qx, qy = cos * dx + sin * dy, cos * dy - sin * dx  # the target point in the jaw's frame
+    ex, ey = qx - mx, qy - my
+    if nx == 0.0 and ny == 0.0:
+        distance = np.sqrt(ex * ex + ey * ey)
+        sign = -1.0 if rho < 0.0 else 1.0
+        inverse = sign / distance if distance > 0.0 else 0.0
+        nx, ny, curvature = ex * inverse, ey * inverse, inverse
+        field = sign * distance - rho
+    else:
+        curvature = 0.0
+        field = nx * ex + ny * ey
+    # The field's gradient is n, its Hessian curvature t t^T with t = (-ny, nx). With q = R^T (p - x):
+    # dq/dx = -R^T, dq/dpsi = (qy, -qx), d2q/dpsi2 = -q.
+    wx, wy = cos * nx - sin * ny, sin * nx + cos * ny  # n in space, from the jaw to the target
+    along = -ny * qy - nx * qx  # t . dq/dpsi
+    hxp = wy + curvature * wy * along
+    hyp = -wx - curvature * wx * along
+    return (
+        field - r,
+        -wx,
+        -wy,
+        nx * qy - ny * qx,
+        curvature * wy * wy,
+        -curvature * wx * wy,
+        curvature * wx * wx,
+        hxp,
+        hyp,
+        curvature * along * along - nx * qx - ny * qy,
+        px - r * wx,
+        py - r * wy,
+        feature,
+    )
+
+
+@inlined
+def plane_gap(qx, qy, rho, nx, ny, px, py, x, y, cos, sin, feature):
+    """Gap between the jaw's point (or arc) `(qx, qy)`, `rho` in its frame and a plane of the target.
+
+    The plane goes through `(px, py)`; `(nx, ny)` is its unit normal out of the target.
+    """
+    ax, ay = cos * qx - sin * qy, sin * qx + cos * qy
+    wx, wy = x + ax, y + ay
+    return (
+        nx * (wx - px) + ny * (wy - py) - rho,
+        nx,
+        ny,
+        -nx * ay + ny * ax,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -nx * ax - ny * ay,
+        wx - rho * nx,
+        wy - rho * ny,
+        feature,
+    )
+
+
+@inlined
+def jaw_gap(jaw, d, part, px, py, r, x, y, cos, sin):
+    """`target_point_gap` of the jaw's edge (`ON_EDGE`) or corner (`ON_A`, `ON_B`)."""
+    mx, my, rho, nx, ny = jaw[d, c.AX], jaw[d, c.AY], 0.0, 0.0, 0.0
+    if part == c.ON_B:
+        mx, my = jaw[d, c.BX], jaw[d, c.BY]
+    elif part == c.ON_EDGE:
+        rho = jaw[d, c.RHO]
+        if rho == 0.0:
+            nx, ny = -jaw[d, c.TAY], jaw[d, c.TAX]
+        else:
+            mx, my = jaw[d, c.MX], jaw[d, c.MY]
+    return target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, part)
+
+
+@inlined
+def nearest_part(jaw, d, px, py, x, y, cos, sin):
+    """The part of the jaw (`ON_EDGE`, `ON_A`, `ON_B`) that is nearest to the point `(px, py)` in space."""
+    dx, dy = px - x, py - y
+    qx, qy = cos * dx + sin * dy, cos * dy - sin * dx
+    ax, ay, bx, by = qx - jaw[d, c.AX], qy - jaw[d, c.AY], qx - jaw[d, c.BX], qy - jaw[d, c.BY]
+    behind_a = jaw[d, c.TAX] * ax + jaw[d, c.TAY] * ay < 0.0
+    beyond_b = jaw[d, c.TBX] * bx + jaw[d, c.TBY] * by > 0.0
+    if behind_a and beyond_b:
+        return c.ON_A if ax * ax + ay * ay < bx * bx + by * by else c.ON_B
+    if behind_a:
+        return c.ON_A
+    return c.ON_B if beyond_b else c.ON_EDGE
+
+
+@inlined
+def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
+    """Gap of one given contact feature of design `d`, without asking whether it is the one that touches.
+
+    jaw: (D, JAW_COLUMNS), target: (D, TARGET_COLUMNS), `t` the target's position along the path.
+    """
+    py = target[d, c.TARGET_Y]
+    if feature <= c.ON_B:
+        return jaw_gap(jaw, d, feature, t, py, target[d, c.TARGET_RADIUS], x, y, cos, sin)
+    if feature == c.VOID:
+        g = c.VOID_GAP
+        return g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c.VOID
+    qx, qy, rho = jaw[d, c.AX], jaw[d, c.AY], 0.0
+    if feature == c.B_UNDERSIDE or feature == c.B_FACE:
+        qx, qy = jaw[d, c.BX], jaw[d, c.BY]
+    elif feature == c.ARC_UNDERSIDE or feature == c.ARC_FACE:
+        qx, qy, rho = jaw[d, c.MX], jaw[d, c.MY], jaw[d, c.RHO]
+    face = feature == c.A_FACE or feature == c.B_FACE or feature == c.ARC_FACE
+    nx, ny = (-1.0, 0.0) if face else (0.0, -1.0)
+    return plane_gap(qx, qy, rho, nx, ny, t, py, x, y, cos, sin, feature)
+
+
+@inlined
+def corner_on_block(qx, qy, underside, face, t, py, x, y, cos, sin):
+    """The plane of the block that keeps the jaw's corner `(qx, qy)` out: the code given for it."""
+    below = py - (y + sin * qx + cos * qy)
+    before = t - (x + cos * qx - sin * qy)
+    return face if before > below else underside
+
+
+@inlined
+def arc_faces(jaw, d, nx, ny, cos, sin):
+    """True where the point of the convex arc with the outward normal `(nx, ny)` in space is on it."""
+    qx, qy = cos * nx + sin * ny, cos * ny - sin * nx  # the normal in the jaw's frame
+    # the jaw's outward normals at a and b are their tangents turned to the left
+    after_a = jaw[d, c.TAX] * qx + jaw[d, c.TAY] * qy >= 0.0
+    before_b = jaw[d, c.TBX] * qx + jaw[d, c.TBY] * qy <= 0.0
+    outward = -(jaw[d, c.TAY] + jaw[d, c.TBY]) * qx + (jaw[d, c.TAX] + jaw[d, c.TBX]) * qy > 0.0
+    return jaw[d, c.RHO] > 0.0 and after_a and before_b and outward
+
+
+@inlined
+def closest_count(kind, jaw, d):
+    """How many constraints the closed form needs: (circle) 1, or 2 for a concave arc, whose two corners
+    may touch at once; (block) its corner, the jaw's two corners, and for a convex arc the two planes."""
+    if kind == c.CIRCLE:
+        return 2 if jaw[d, c.RHO] < 0.0 else 1
+    return 5 if jaw[d, c.RHO] > 0.0 else 3
+
+
+@inlined
+def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
+    """The feature of constraint `k` in the closed form at this pose (`VOID` where nothing faces)."""
+    py = target[d, c.TARGET_Y]
+    if kind == c.CIRCLE:
+        part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+        if k == 0:
+            return part
+        if part == c.ON_A:
+            return c.ON_B
+        if part == c.ON_B:
+            return c.ON_A
+        qx, qy = cos * (t - x) + sin * (py - y), cos * (py - y) - sin * (t - x)
+        to_a = (qx - jaw[d, c.AX]) ** 2 + (qy - jaw[d, c.AY]) ** 2
+        to_b = (qx - jaw[d, c.BX]) ** 2 + (qy - jaw[d, c.BY]) ** 2
+        return c.ON_A if to_a < to_b else c.ON_B
+    if k == 0:
+        part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+        return part if part == c.ON_EDGE else c.VOID
+    if k == 1:
+        return corner_on_block(
+            jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
+        )
+    if k == 2:
+        return corner_on_block(
+            jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
+        )
+    mx, my = x + cos * jaw[d, c.MX] - sin * jaw[d, c.MY], y + sin * jaw[d, c.MX] + cos * jaw[d, c.MY]
+    if k == 3:
+        return c.ARC_UNDERSIDE if mx > t and arc_faces(jaw, d, 0.0, 1.0, cos, sin) else c.VOID
+    return c.ARC_FACE if my > py and arc_faces(jaw, d, 1.0, 0.0, cos, sin) else c.VOID
+
+
+@inlined
+def closest_gap(kind, hold, jaw, target, d, t, x, y, cos, sin):
+    """The smallest gap of all constraints of the closed form; of feature `hold` where that is >= 0."""
+    if hold >= 0:
+        return feature_gap(hold, jaw, target, d, t, x, y, cos, sin)
+    feature = closest_feature(kind, 0, jaw, target, d, t, x, y, cos, sin)
+    best = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
+    for k in range(1, closest_count(kind, jaw, d)):
+        feature = closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin)
+        if feature != c.VOID:
+            other = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
+            if other[0] < best[0]:
+                best = other
+    return best
+
+
+@inlined
+def store(gap, out, i):
+    """Write the tuple of a gap into column `i` of `out` (GAP_COLUMNS, ...)."""
+    g, gx, gy, gp, hxx, hxy, hyy, hxp, hyp, hpp, px, py, feature = gap
+    out[c.GAP, i], out[c.GX, i], out[c.GY, i], out[c.GP, i] = g, gx, gy, gp
+    out[c.HXX, i], out[c.HXY, i], out[c.HYY, i] = hxx, hxy, hyy
+    out[c.HXP, i], out[c.HYP, i], out[c.HPP, i] = hxp, hyp, hpp
+    out[c.PX, i], out[c.PY, i], out[c.FEATURE, i] = px, py, feature

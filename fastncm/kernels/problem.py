@@ -1,0 +1,91 @@
+"""The dimensionless problem: what `lowering` hands to the compiled code.
+
+Lengths are in units of the finger's length L, forces in E I / L^2 of the clamp's section, energies in
+E I / L. Nothing below this line knows metres or newtons.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels.basis import Profile, Quadrature
+from fastncm.kernels.cache import kernel
+
+
+class Problem(NamedTuple):
+    """A chunk of D designs that share order, kind of target and form of the constraints.
+
+    rule: Gauss rule of the order (Q points). profile: basis tables of the P different thickness
+    profiles, stacked (`kernels.basis.profiles`). profile_of: (D,) int64, which of them. ratio: (D,) tip over
+    clamp thickness. shear_stiffness: (D,) kappa G A L^2 / (E I) at the clamp (not read without shear).
+    printed_section: 1 where the section turns by psi + gamma as printed. jaw: (D, JAW_COLUMNS); target:
+    (D, TARGET_COLUMNS). positions: (D, N) of the target, in the order to solve. kind: CIRCLE or BLOCK; form:
+    CLOSEST, POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of the latter two.
+    """
+
+    rule: Quadrature
+    profile: Profile
+    profile_of: np.ndarray
+    ratio: np.ndarray
+    shear_stiffness: np.ndarray
+    printed_section: int
+    jaw: np.ndarray
+    target: np.ndarray
+    positions: np.ndarray
+    kind: int
+    form: int
+    points: int
+
+
+class Basis(NamedTuple):
+    """Basis of the designs in the lanes; the lane is the last axis. m = bending + shear modes.
+
+    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; values: (m, Q, LANES) phi_k: curvature or
+    shear angle; stiffness: (Q, LANES) D; shear: (Q, LANES) kappa G A (rows only with shear); area: (Q, LANES) w/w0;
+    ratio: (LANES,).
+    """
+
+    slope: np.ndarray
+    end: np.ndarray
+    values: np.ndarray
+    stiffness: np.ndarray
+    shear: np.ndarray
+    area: np.ndarray
+    ratio: np.ndarray
+
+
+@kernel
+def mode_count(problem):
+    """Unknowns of each design: bending modes, and as many shear modes where there is shear."""
+    return problem.profile.slope.shape[1] + problem.profile.shear.shape[1]
+
+
+@kernel
+def fill_basis(problem, d, lane, basis):
+    """Write the tables of design `d` into `lane`.
+
+    The shear functions are divided by sqrt(kappa G A L^2 / E I), which makes them orthonormal in the energy.
+    """
+    p = problem.profile_of[d]
+    tables = problem.profile
+    bending, shear, points = tables.slope.shape[1], tables.shear.shape[1], tables.slope.shape[2]
+    basis.ratio[lane] = problem.ratio[d]
+    for q in range(points):
+        basis.stiffness[q, lane] = tables.stiffness[p, q]
+        basis.area[q, lane] = tables.area[p, q]
+    for k in range(bending):
+        basis.end[k, lane] = tables.end[p, k]
+        for q in range(points):
+            basis.slope[k, q, lane] = tables.slope[p, k, q]
+            basis.values[k, q, lane] = tables.curvature[p, k, q]
+    if shear == 0:
+        return
+    scale = 1.0 / np.sqrt(problem.shear_stiffness[d])
+    for q in range(points):
+        basis.shear[q, lane] = problem.shear_stiffness[d] * tables.area[p, q]
+    for k in range(shear):
+        end = scale * tables.shear_end[p, k] if problem.printed_section else 0.0
+        basis.end[bending + k, lane] = end
+        for q in range(points):
+            basis.slope[bending + k, q, lane] = scale * tables.shear[p, k, q]
+            basis.values[bending + k, q, lane] = scale * tables.shear[p, k, q]

@@ -1,0 +1,98 @@
+"""The finger's axis: angle, position and tip pose with derivatives, for `LANES` designs side by side.
+
+Unknowns are the coefficients ``u`` (m, LANES) of the energy-orthonormal basis (`kernels.basis`): bending
+modes first, then shear modes where the scene has shear. In units of the finger's length L and of E I / L:
+
+* angle ``theta(s_q) = psi + gamma = sum_k u_k slope_kq``
+* position ``x(s) = int cos theta ds``, ``y(s) = int sin theta ds``     (Lan & Lee 2008, eq. (1))
+* energy ``V = 1/2 sum_k u_k^2``                                       (Lan & Lee 2008, eq. (2))
+
+All arrays carry the lane as their last axis; every inner loop runs over the lanes.
+"""
+
+from fastncm.kernels.cache import kernel
+from fastncm.kernels.constants import LANES
+from fastncm.kernels.trig import sincos
+
+
+@kernel
+def tip_pose(slope, end, weights, u, sin, cos, pose):
+    """Angles at the Gauss points and the tip's pose.
+
+    slope: (m, Q, LANES); end: (m, LANES); weights: (Q,); u: (m, LANES). Overwritten: sin, cos: (Q, LANES) of
+    the angle; pose: (3, LANES), the tip's x, y and the angle of its section.
+    """
+    modes, points = slope.shape[0], slope.shape[1]
+    for lane in range(LANES):
+        pose[0, lane] = 0.0
+        pose[1, lane] = 0.0
+        pose[2, lane] = 0.0
+    for k in range(modes):
+        for lane in range(LANES):
+            pose[2, lane] += end[k, lane] * u[k, lane]
+    for q in range(points):
+        for lane in range(LANES):
+            sin[q, lane] = slope[0, q, lane] * u[0, lane]
+        for k in range(1, modes):
+            for lane in range(LANES):
+                sin[q, lane] += slope[k, q, lane] * u[k, lane]
+        weight = weights[q]
+        for lane in range(LANES):
+            s, c = sincos(sin[q, lane])
+            sin[q, lane] = s
+            cos[q, lane] = c
+            pose[0, lane] += weight * c
+            pose[1, lane] += weight * s
+
+
+@kernel
+def pose_gradient(slope, weights, sin, cos, gradient):
+    """Derivatives of the tip's position by the unknowns.
+
+    gradient: (2, m, LANES), overwritten: d(x, y)/du_k. (That of the angle is the constant `end`.)
+    """
+    modes, points = slope.shape[0], slope.shape[1]
+    for k in range(modes):
+        for lane in range(LANES):
+            gradient[0, k, lane] = 0.0
+            gradient[1, k, lane] = 0.0
+        for q in range(points):
+            weight = weights[q]
+            for lane in range(LANES):
+                moved = weight * slope[k, q, lane]
+                gradient[0, k, lane] -= moved * sin[q, lane]
+                gradient[1, k, lane] += moved * cos[q, lane]
+
+
+@kernel
+def add_position_hessian(slope, weights, sin, cos, fx, fy, work, hessian):
+    """Add the Hessian of ``-(fx x + fy y)`` of the tip: the stiffness that the force `(fx, fy)` gives.
+
+    fx, fy: (LANES,); work: (Q, LANES), overwritten; hessian: (m, m, LANES), lower triangle changed.
+    """
+    modes, points = slope.shape[0], slope.shape[1]
+    for k in range(modes):
+        for q in range(points):
+            weight = weights[q]
+            for lane in range(LANES):
+                axial = fx[lane] * cos[q, lane] + fy[lane] * sin[q, lane]
+                work[q, lane] = weight * axial * slope[k, q, lane]
+        for j in range(k + 1):
+            for q in range(points):
+                for lane in range(LANES):
+                    hessian[k, j, lane] += work[q, lane] * slope[j, q, lane]
+
+
+@kernel
+def node_positions(integral, sin, cos, x, y):
+    """Positions of the Gauss points on the axis. integral: (Q, Q); x, y: (Q, LANES), overwritten."""
+    points = sin.shape[0]
+    for i in range(points):
+        for lane in range(LANES):
+            x[i, lane] = 0.0
+            y[i, lane] = 0.0
+        for q in range(points):
+            weight = integral[i, q]
+            for lane in range(LANES):
+                x[i, lane] += weight * cos[q, lane]
+                y[i, lane] += weight * sin[q, lane]

@@ -1,0 +1,225 @@
+"""Newton's method on the KKT conditions with one working constraint, for all lanes at once.
+
+    u - A(u)^T lambda = 0,    g(u; t) = 0
+
+This is the SQP (`sqp.solve`) where its active set is settled: along a path the smallest gap is the one that
+is active, and the predictor starts inside the region of quadratic convergence. What does not
+converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`).
+"""
+
+from fastncm.kernels import cholesky, rod
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import kernel
+from fastncm.kernels.constants import LANES
+from fastncm.kernels.gap import closest_gap, store
+from fastncm.kernels.trig import sincos
+from fastncm.path.lanes import AS_STORED
+
+
+@kernel
+def evaluate(problem, lanes):
+    """Pose, smallest gap, its gradient and the KKT residual of every active lane, from `u`, `force` and `t`.
+
+    The residual is that of `sqp.solve.kkt_residual` for one loaded constraint; it depends on nothing else
+    that the solver keeps.
+    """
+    basis, rule = lanes.basis, problem.rule
+    modes = lanes.u.shape[0]
+    rod.tip_pose(
+        basis.slope, basis.end, rule.weights, lanes.u, lanes.sin, lanes.cos, lanes.pose
+    )
+    rod.pose_gradient(basis.slope, rule.weights, lanes.sin, lanes.cos, lanes.gradient)
+    for lane in range(LANES):
+        lanes.fx[lane], lanes.fy[lane] = sincos(lanes.pose[2, lane])
+    for lane in range(LANES):
+        if lanes.active[lane] and lanes.hold[lane] != AS_STORED:
+            d = lanes.design[lane]
+            gap = closest_gap(
+                problem.kind,
+                lanes.hold[lane],
+                problem.jaw,
+                problem.target,
+                d,
+                lanes.t[lane],
+                lanes.pose[0, lane],
+                lanes.pose[1, lane],
+                lanes.fy[lane],
+                lanes.fx[lane],
+            )
+            store(gap, lanes.gap, lane)
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.jacobian[k, lane] = (
+                lanes.gap[c.GX, lane] * lanes.gradient[0, k, lane]
+                + lanes.gap[c.GY, lane] * lanes.gradient[1, k, lane]
+                + lanes.gap[c.GP, lane] * basis.end[k, lane]
+            )
+    # stationarity over the largest unknown, gap over the deflection A u of the contact
+    largest, slack, moved = lanes.fx, lanes.fy, lanes.smallest
+    for lane in range(LANES):
+        largest[lane] = 0.0
+        slack[lane] = 0.0
+        moved[lane] = 0.0
+    for k in range(modes):
+        for lane in range(LANES):
+            u = lanes.u[k, lane]
+            error = abs(u - lanes.jacobian[k, lane] * lanes.force[lane])
+            largest[lane] = max(largest[lane], abs(u))
+            slack[lane] = max(slack[lane], error)
+            moved[lane] += lanes.jacobian[k, lane] * u
+    for lane in range(LANES):
+        stationarity = slack[lane] / max(largest[lane], c.GAP_ROUNDING)
+        contact = abs(lanes.gap[c.GAP, lane]) / max(abs(moved[lane]), c.GAP_ROUNDING)
+        lanes.residual[lane] = max(stationarity, contact)
+
+
+@kernel
+def factorise(problem, lanes):
+    """Factor of the Lagrangian's Hessian; ``A`` and ``H^-1 A`` of the working constraint.
+
+    Overwrites hessian, pull (d grad g / d pose times d pose / du), across (H^-1 A^T), compliance (A H^-1 A^T).
+    """
+    modes = lanes.u.shape[0]
+    gap, end = lanes.gap, lanes.basis.end
+    x, y = lanes.gradient[0], lanes.gradient[1]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.pull[0, k, lane] = lanes.force[lane] * (
+                gap[c.HXX, lane] * x[k, lane]
+                + gap[c.HXY, lane] * y[k, lane]
+                + gap[c.HXP, lane] * end[k, lane]
+            )
+            lanes.pull[1, k, lane] = lanes.force[lane] * (
+                gap[c.HXY, lane] * x[k, lane]
+                + gap[c.HYY, lane] * y[k, lane]
+                + gap[c.HYP, lane] * end[k, lane]
+            )
+            lanes.pull[2, k, lane] = lanes.force[lane] * (
+                gap[c.HXP, lane] * x[k, lane]
+                + gap[c.HYP, lane] * y[k, lane]
+                + gap[c.HPP, lane] * end[k, lane]
+            )
+        for j in range(k + 1):
+            unit = 1.0 if j == k else 0.0
+            for lane in range(LANES):
+                lanes.hessian[k, j, lane] = (
+                    unit
+                    - lanes.pull[0, k, lane] * x[j, lane]
+                    - lanes.pull[1, k, lane] * y[j, lane]
+                    - lanes.pull[2, k, lane] * end[j, lane]
+                )
+    for lane in range(LANES):
+        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane]
+        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane]
+    rod.add_position_hessian(
+        lanes.basis.slope,
+        problem.rule.weights,
+        lanes.sin,
+        lanes.cos,
+        lanes.fx,
+        lanes.fy,
+        lanes.work,
+        lanes.hessian,
+    )
+    cholesky.factorise(lanes.hessian, lanes.smallest)
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.across[k, lane] = lanes.jacobian[k, lane]
+    cholesky.solve(lanes.hessian, lanes.across)
+    for lane in range(LANES):
+        lanes.compliance[lane] = 0.0
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.compliance[lane] += lanes.jacobian[k, lane] * lanes.across[k, lane]
+
+
+@kernel
+def step(lanes, pending):
+    """One Newton step of the lanes in `pending` (LANES,) bool, with the factor of `factorise`.
+
+    ``H du - A^T (lambda + dlambda) = -u``, ``A du = -g``.
+    """
+    modes = lanes.u.shape[0]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.down[k, lane] = lanes.u[k, lane]
+    cholesky.solve(lanes.hessian, lanes.down)
+    force = lanes.fx
+    for lane in range(LANES):
+        force[lane] = -lanes.gap[c.GAP, lane]
+    for k in range(modes):
+        for lane in range(LANES):
+            force[lane] += lanes.jacobian[k, lane] * lanes.down[k, lane]
+    for lane in range(LANES):
+        force[lane] /= lanes.compliance[lane]
+        lanes.force[lane] = force[lane] if pending[lane] else lanes.force[lane]
+    for k in range(modes):
+        for lane in range(LANES):
+            change = force[lane] * lanes.across[k, lane] - lanes.down[k, lane]
+            lanes.u[k, lane] += change if pending[lane] else 0.0
+
+
+@kernel
+def rates(lanes):
+    """Derivatives of shape and force by the target's position, with the last factor.
+
+    ``H u' - A^T lambda' = lambda dA^T/dt``, ``A u' = -dg/dt``. The gap depends on target minus tip position, so
+    ``d/dt = -d/dx`` of the pose.
+    """
+    modes = lanes.u.shape[0]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.along[k, lane] = -lanes.pull[0, k, lane]
+    cholesky.solve(lanes.hessian, lanes.along)
+    for lane in range(LANES):
+        lanes.force_rate[lane] = lanes.gap[c.GX, lane]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.force_rate[lane] -= lanes.jacobian[k, lane] * lanes.along[k, lane]
+    for lane in range(LANES):
+        lanes.force_rate[lane] /= lanes.compliance[lane]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.u_rate[k, lane] = (
+                lanes.along[k, lane] + lanes.force_rate[lane] * lanes.across[k, lane]
+            )
+
+
+@kernel
+def correct(problem, lanes, tolerance, most):
+    """Newton's method in the active lanes, at least one step each.
+
+    Sets `good`, `residual`, `iterations`, and the factor and `compliance` that `rates` and the error
+    estimate need (of the last but one iterate, which is as close as the last step was short).
+    """
+    pending = lanes.pending
+    for lane in range(LANES):
+        pending[lane] = lanes.active[lane]
+        lanes.iterations[lane] = 0
+    evaluate(problem, lanes)
+    for _ in range(most):
+        factorise(problem, lanes)
+        for lane in range(LANES):
+            if pending[lane]:
+                lanes.iterations[lane] += 1
+                if not (lanes.smallest[lane] > 0.0 and lanes.compliance[lane] > 0.0):
+                    pending[lane] = False
+        step(lanes, pending)
+        evaluate(problem, lanes)
+        left = False
+        for lane in range(LANES):
+            if pending[lane] and lanes.residual[lane] <= tolerance:
+                pending[lane] = False
+            left = left or pending[lane]
+        if not left:
+            break
+    for lane in range(LANES):
+        lanes.good[lane] = (
+            lanes.active[lane]
+            and lanes.force[lane] >= 0.0
+            and (
+                lanes.residual[lane] <= tolerance
+                or abs(lanes.gap[c.GAP, lane]) <= c.GAP_ROUNDING
+                and lanes.residual[lane] <= c.GRAZING
+            )
+        )

@@ -1,0 +1,167 @@
+"""The finger's shapes along the target's path, for a whole chunk of designs in one call."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import driver, inlined, kernel
+from fastncm.kernels.constants import LANES
+from fastncm.kernels.problem import fill_basis, mode_count
+from fastncm.path import newton, rows
+from fastncm.path.lanes import AS_STORED, make_lanes
+from fastncm.path.touch import locate_touch, undeformed_gap
+from fastncm.path.walk import forget, make_walk, predict, remember
+from fastncm.sqp import status
+
+#: Longest move of the target (in finger lengths) from one solve to the next; longer ones are divided.
+LONGEST_MOVE = 0.05
+#: Newton steps in the lanes before a position is left over for the SQP.
+NEWTON_STEPS = 8
+#: Most events kept per design: touch and release, and up to three feature changes of two rows each.
+EVENTS = 8
+
+
+class Trace(NamedTuple):
+    """Solved paths, dimensionless.
+
+    rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of the path
+    (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N, K) contact forces by
+    constraint. solves: (1,) shapes solved, those of events and of steps in between included.
+    """
+
+    rows: np.ndarray
+    shapes: np.ndarray
+    multipliers: np.ndarray
+    solves: np.ndarray
+
+
+def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Trace:
+    """Room for the results of a problem."""
+    count = positions + EVENTS
+    return Trace(
+        np.zeros((designs, count, rows.COLUMNS)),
+        np.zeros((designs, count, modes)),
+        np.zeros((designs, positions, constraints)),
+        np.zeros(1, np.int64),
+    )
+
+
+@kernel
+def begin_block(problem, first, lanes):
+    """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
+    designs = problem.positions.shape[0]
+    for lane in range(LANES):
+        lanes.design[lane] = first + lane if first + lane < designs else -1
+        lanes.active[lane] = False
+        if first + lane < designs:
+            fill_basis(problem, first + lane, lane, lanes.basis)
+
+
+@kernel
+def begin_position(problem, i, lanes, walk, start, moves, trace):
+    """Find the lanes with contact at position `i` and where they come from; write the others' rows.
+
+    A position is approached from the last one solved, or, from the undeformed shape, from the place of
+    first touch (for the first position: of a target that comes from beyond the tip). start: (LANES,), moves:
+    (LANES,) int64, overwritten: from where, and in how many moves. Returns the most moves.
+    """
+    most = 0
+    for lane in range(LANES):
+        d = lanes.design[lane]
+        lanes.active[lane] = False
+        lanes.hold[lane] = -1
+        if d < 0:
+            continue
+        t = problem.positions[d, i]
+        if undeformed_gap(problem, d, t) >= 0.0:
+            forget(walk, lane, t)
+            row = trace.rows[d, i]
+            row[rows.POSITION] = t
+            row[rows.STATUS] = status.NO_CONTACT
+            row[rows.TIP_X] = 1.0
+            row[rows.FEATURE] = c.VOID
+            continue
+        lanes.active[lane] = True
+        if walk.feature[lane] == c.VOID:
+            free, reach = problem.positions[d, i - 1] if i > 0 else t, LONGEST_MOVE
+            while undeformed_gap(problem, d, free) < 0.0 and reach < 64.0:
+                free += reach
+                reach *= 1.5
+            walk.t[lane] = locate_touch(problem, d, free, t)
+        start[lane] = walk.t[lane]
+        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / LONGEST_MOVE)))
+        most = max(most, moves[lane])
+    return most
+
+
+@inlined
+def set_target(problem, i, move, lanes, start, moves):
+    """Put the targets of the active lanes where they are after `move` of their `moves` to position `i`."""
+    for lane in range(LANES):
+        if lanes.active[lane]:
+            goal = problem.positions[lanes.design[lane], i]
+            if move < moves[lane]:
+                lanes.t[lane] = start[lane] + (goal - start[lane]) * move / moves[lane]
+            else:
+                lanes.t[lane] = goal
+
+
+@kernel
+def store(i, lanes, measured, trace):
+    """Copy the measured rows and the shapes of the good lanes into the trace at position `i`.
+
+    measured: (rows.COLUMNS, LANES). A lane ``AS_STORED`` keeps the contacts, residual and iterations of its row.
+    """
+    for lane in range(LANES):
+        if not (lanes.active[lane] and lanes.good[lane]):
+            continue
+        d = lanes.design[lane]
+        if lanes.hold[lane] == AS_STORED:
+            for column in (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS):
+                measured[column, lane] = trace.rows[d, i, column]
+        else:
+            trace.multipliers[d, i, 0] = lanes.force[lane]
+        for column in range(rows.COLUMNS):
+            trace.rows[d, i, column] = measured[column, lane]
+        for k in range(lanes.u.shape[0]):
+            trace.shapes[d, i, k] = lanes.u[k, lane]
+
+
+@driver
+def trace_lanes(problem, tolerance, trace):
+    """Solve all positions of all designs in the closed form, `LANES` designs side by side.
+
+    tolerance: of the KKT residual. trace: `Trace`, zeros on entry. A position that Newton's method does not
+    solve is left with the status MAX_ITERATIONS, for the SQP (`path.careful`) to try.
+    """
+    designs, positions = problem.positions.shape
+    modes, points = mode_count(problem), problem.rule.weights.shape[0]
+    lanes = make_lanes(modes, points, problem.profile.shear.shape[1] > 0)
+    walk, measuring = make_walk(modes), rows.make_measuring(points)
+    start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
+    for first in range(0, designs, LANES):
+        begin_block(problem, first, lanes)
+        for lane in range(LANES):
+            forget(walk, lane, 0.0)
+        for i in range(positions):
+            most = begin_position(problem, i, lanes, walk, start, moves, trace)
+            for move in range(1, most + 1):
+                set_target(problem, i, move, lanes, start, moves)
+                predict(lanes, walk)
+                newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
+                newton.rates(lanes)
+                remember(lanes, walk)
+                for lane in range(LANES):
+                    trace.solves[0] += lanes.active[lane]
+            if most == 0:
+                continue
+            rows.measure(problem, lanes, measuring)
+            store(i, lanes, measuring.row, trace)
+            for lane in range(LANES):
+                if lanes.active[lane] and not lanes.good[lane]:
+                    row = trace.rows[lanes.design[lane], i]
+                    row[rows.POSITION] = lanes.t[lane]
+                    row[rows.STATUS] = status.MAX_ITERATIONS
+                    row[rows.RESIDUAL] = lanes.residual[lane]
+                    row[rows.ITERATIONS] = lanes.iterations[lane]

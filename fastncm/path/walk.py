@@ -1,0 +1,133 @@
+"""The predictor: where a shape and its contact force will be at the target's next position."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.constants import LANES
+from fastncm.path import rows
+
+
+class Walk(NamedTuple):
+    """What a block of lanes remembers of its last solved position, for the predictor.
+
+    t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ... likewise (LANES,);
+    points: (LANES,) int64: how many positions in a row were solved on one contact feature (0, 1, 2);
+    feature: (LANES,); w0, w1, r0, r1: (LANES,) workspace.
+    """
+
+    t: np.ndarray
+    t_before: np.ndarray
+    u: np.ndarray
+    u_before: np.ndarray
+    u_rate: np.ndarray
+    u_rate_before: np.ndarray
+    force: np.ndarray
+    force_before: np.ndarray
+    force_rate: np.ndarray
+    force_rate_before: np.ndarray
+    points: np.ndarray
+    feature: np.ndarray
+    w0: np.ndarray
+    w1: np.ndarray
+    r0: np.ndarray
+    r1: np.ndarray
+
+
+@driver
+def make_walk(modes):
+    """A walk that has not begun."""
+    return Walk(
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros((modes, LANES)),
+        np.zeros((modes, LANES)),
+        np.zeros((modes, LANES)),
+        np.zeros((modes, LANES)),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES, np.int64),
+        np.full(LANES, c.VOID),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES),
+    )
+
+
+@kernel
+def predict(lanes, walk):
+    """Shape and force at ``lanes.t``: cubic through the last two positions and their rates, along the
+    tangent from one, and the last shape itself where there is no rate."""
+    modes = lanes.u.shape[0]
+    w0, w1, r0, r1 = walk.w0, walk.w1, walk.r0, walk.r1
+    for lane in range(LANES):
+        w0[lane], w1[lane], r0[lane], r1[lane] = 0.0, 1.0, 0.0, 0.0
+        ahead = lanes.t[lane] - walk.t[lane]
+        if walk.points[lane] == 1:
+            r1[lane] = ahead
+        elif walk.points[lane] >= 2:
+            # cubic Hermite polynomial on [t_before, t], evaluated beyond t
+            h = walk.t[lane] - walk.t_before[lane]
+            z = 1.0 + ahead / h
+            w0[lane] = (1.0 + 2.0 * z) * (1.0 - z) ** 2
+            w1[lane] = z * z * (3.0 - 2.0 * z)
+            r0[lane] = h * z * (1.0 - z) ** 2
+            r1[lane] = h * z * z * (z - 1.0)
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.u[k, lane] = (
+                w0[lane] * walk.u_before[k, lane]
+                + w1[lane] * walk.u[k, lane]
+                + r0[lane] * walk.u_rate_before[k, lane]
+                + r1[lane] * walk.u_rate[k, lane]
+            )
+    for lane in range(LANES):
+        lanes.force[lane] = (
+            w0[lane] * walk.force_before[lane]
+            + w1[lane] * walk.force[lane]
+            + r0[lane] * walk.force_rate_before[lane]
+            + r1[lane] * walk.force_rate[lane]
+        )
+
+
+@kernel
+def remember(lanes, walk):
+    """Store the solved positions of the good lanes; a new feature starts the predictor afresh."""
+    modes = lanes.u.shape[0]
+    for lane in range(LANES):
+        if not lanes.good[lane]:
+            continue
+        feature = int(lanes.gap[c.FEATURE, lane])
+        if feature == rows.SEVERAL:
+            walk.points[lane] = 0
+        elif feature == walk.feature[lane] and walk.t[lane] != lanes.t[lane]:
+            walk.points[lane] = min(walk.points[lane] + 1, 2)
+        else:
+            walk.points[lane] = 1
+        walk.feature[lane] = feature
+        walk.t_before[lane], walk.t[lane] = walk.t[lane], lanes.t[lane]
+        walk.force_before[lane], walk.force[lane] = walk.force[lane], lanes.force[lane]
+        walk.force_rate_before[lane] = walk.force_rate[lane]
+        walk.force_rate[lane] = lanes.force_rate[lane]
+    for k in range(modes):
+        for lane in range(LANES):
+            if lanes.good[lane]:
+                walk.u_before[k, lane] = walk.u[k, lane]
+                walk.u_rate_before[k, lane] = walk.u_rate[k, lane]
+                walk.u[k, lane] = lanes.u[k, lane]
+                walk.u_rate[k, lane] = lanes.u_rate[k, lane]
+
+
+@kernel
+def forget(walk, lane, t):
+    """Back to the undeformed finger with the target at `t`."""
+    walk.t[lane] = t
+    walk.points[lane] = 0
+    walk.feature[lane] = c.VOID
+    walk.force[lane] = 0.0
+    walk.u[:, lane] = 0.0

@@ -1,0 +1,57 @@
+"""Outlines of finger, jaw and target in the plane, from a solved shape. Points in m, (n, 2)."""
+
+import numpy as np
+import pandas as pd
+
+from fastncm.scene import Jaw, Scene
+
+ARC_POINTS = 60
+
+
+def finger_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
+    """The finger's sides: half a thickness from the axis, along the section's direction psi."""
+    s = shape["s_m"].to_numpy()
+    ends = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)
+    half = np.interp(s, [0.0, scene.finger.length], ends) / 2
+    axis = shape[["x_m", "y_m"]].to_numpy()
+    psi = shape["psi_rad"].to_numpy()
+    across = half[:, None] * np.column_stack([-np.sin(psi), np.cos(psi)])
+    return np.concatenate([axis + across, (axis - across)[::-1]])
+
+
+def jaw_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
+    """The jaw, carried along by the tip's section: its contour from a to b, closed at the tip."""
+    thickness = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)[1]
+    tip = np.array([scene.finger.length, 0.0])
+    foot = [[scene.finger.length, -thickness / 2], [scene.finger.length, thickness / 2]]
+    undeformed = np.concatenate([contour(scene.jaw), foot]) - tip
+    last = shape.iloc[-1]
+    cos, sin = np.cos(last["psi_rad"]), np.sin(last["psi_rad"])
+    turned = undeformed @ np.array([[cos, sin], [-sin, cos]])
+    jaw: np.ndarray = turned + [last["x_m"], last["y_m"]]
+    return jaw
+
+
+def contour(jaw: Jaw) -> np.ndarray:
+    """The jaw's contact contour from a to b, undeformed: two points, or points of the arc."""
+    a, b = np.array(jaw.a), np.array(jaw.b)
+    if jaw.shape == "segment" or jaw.radius is None:
+        return np.array([a, b])
+    chord = b - a
+    left = np.array([-chord[1], chord[0]]) / np.hypot(*chord)  # the outside
+    bulge = 1.0 if jaw.convex else -1.0
+    centre = (a + b) / 2 - bulge * left * np.sqrt(jaw.radius**2 - chord @ chord / 4)
+    half = np.arcsin(np.hypot(*chord) / 2 / jaw.radius)
+    middle = np.arctan2(*(bulge * left)[::-1])
+    angles = middle + bulge * np.linspace(half, -half, ARC_POINTS)
+    arc: np.ndarray = centre + jaw.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    return arc
+
+
+def target_outline(scene: Scene, position: float, reach: float) -> np.ndarray:
+    """The target at a position: the circle, or the block's part within `reach` m of its corner."""
+    reference = np.array([position, scene.path.y])
+    if scene.target.shape == "block":
+        return reference + reach * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    angles = np.linspace(0, 2 * np.pi, 181)
+    return reference + scene.target.radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -1,0 +1,109 @@
+"""The pictures that suit a study: force curves along each axis, deformed shapes, design charts."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fastncm.curve import Curve, solve
+from fastncm.plot.chart import LINES, by_importance, chosen, line_chart, map_chart
+from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mark_peak
+from fastncm.plot.shapes import draw_shapes, height_of_line, shapes_figure
+from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
+from fastncm.scene import Scene
+from fastncm.sweep.folder import read_manifest
+from fastncm.sweep.read import load
+from fastncm.sweep.study import Study
+
+CURVES = 5
+"""Force curves in one picture at most."""
+SNAPSHOTS = 4
+
+
+def plot_run(out: str | os.PathLike[str]) -> list[Path]:
+    """Draw the pictures of a sweep into its folder and return their paths.
+
+    Each picture varies one or two axes and holds the others at their middle values. The charts show
+    the table; curves and shapes of the few cases in a picture are solved again.
+    """
+    out = Path(out)
+    study = Study.from_dict(read_manifest(out).study)
+    pictures = _charts(study, out)
+    for name, values in study.grid.axes.items():
+        cases = study.grid.case_ids({name: chosen(len(values), CURVES)})
+        curves = {value_label(name, _value(study, name, i)): solve(_scene(study, i)) for i in cases}
+        figure = curves_figure(curves, title(name), _held(study, [name]))
+        pictures.append(save(figure, out / f"curves_{name.replace('.', '_')}.png"))
+    curve = solve(_scene(study, study.grid.case_ids({})[0]))
+    pictures.append(save(shapes_figure(curve, snapshot_rows(curve)), out / "shapes.png"))
+    return pictures
+
+
+def plot_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
+    """Draw one curve: the force, its located peak, and snapshots of the finger."""
+    rows = snapshot_rows(curve)
+    heights = [2.8, 2 * height_of_line(curve, rows, 4.0)]
+    figure = empty_figure(8.0, sum(heights))
+    top, below = np.ravel(figure.subfigures(2, 1, squeeze=False, height_ratios=heights))
+    ax = top.subplots()
+    open_frame(ax)
+    draw_curve(ax, curve)
+    label_force_axes(ax)
+    mark_peak(ax, curve)
+    draw_shapes(below, curve, rows)
+    return save(figure, Path(file))
+
+
+def snapshot_rows(curve: Curve) -> list[int]:
+    """Rows worth a picture: spread along the path, one of them the last before the peak."""
+    position = curve.frame()["position"].to_numpy()
+    order = np.argsort(-position)
+    rows = np.linspace(0, len(position) - 1, SNAPSHOTS + 1).round()[1:].astype(int)
+    if np.isfinite(curve.peak.position):
+        peak = max(0, int((position >= curve.peak.position).sum()) - 1)
+        rows[np.argmin(np.abs(rows - peak))] = peak
+    return [int(order[row]) for row in sorted(set(rows))]
+
+
+def _charts(study: Study, out: Path) -> list[Path]:
+    """Lines and, over two numeric axes, a map of the column that the study reports."""
+    numeric = [name for name, values in study.grid.axes.items() if values.dtype != object]
+    axes = by_importance([name for name in numeric if len(study.grid.axes[name]) > 1])
+    if not axes:
+        return []
+    x, *others = axes
+    y = next(iter(others), None)
+    column = study.report.column
+    held = _held(study, axes[:2])
+    sizes = {name: len(study.grid.axes[name]) for name in axes[:2]}
+    picked = {x: range(sizes[x])} | ({y: chosen(sizes[y], LINES)} if y else {})
+    rows = load(out, case_ids=study.grid.case_ids(picked)).sort_values(x, kind="stable")
+    pictures = [save(line_chart(rows, column, x, y, held), out / "design_chart.png")]
+    if y is not None:
+        rows = load(
+            out, case_ids=study.grid.case_ids({name: range(n) for name, n in sizes.items()})
+        )
+        figure = map_chart(rows, column, x, y, study.report.limits, held)
+        pictures.append(save(figure, out / "design_map.png"))
+    return pictures
+
+
+def _held(study: Study, varied: Sequence[str]) -> str:
+    """The axes that a picture does not vary, at their middle values, in words."""
+    middle = study.grid.case_ids({})[0]
+    return ", ".join(
+        f"{title(name)} {value_label(name, _value(study, name, middle))}"
+        for name in study.axes
+        if name not in varied
+    )
+
+
+def _scene(study: Study, case_id: int) -> Scene:
+    """The scene of one case."""
+    return study.scene.replace({name: _value(study, name, case_id) for name in study.axes})
+
+
+def _value(study: Study, name: str, case_id: int) -> object:
+    value = study.grid.columns(np.array([case_id]))[name][0]
+    return value.item() if isinstance(value, np.generic) else value

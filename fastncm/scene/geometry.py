@@ -1,0 +1,89 @@
+"""Rules between several quantities of a case: the jaw's end points, its arc, the path's ends.
+
+`values` maps the keys of names.py to arrays over the cases, each (C,) or (1,).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fastncm.errors import SceneError
+from fastncm.scene.columns import FloatArray, IntArray
+from fastncm.scene.refusal import refusal
+
+Values = dict[str, FloatArray]
+
+
+def move_jaw(values: Values, rows: IntArray) -> None:
+    """Replace "height", "span" (jaw.length) and "lead_angle" by the a and b they mean, in place.
+
+    a keeps its x and b its y: the height moves a, the length moves b. A lead angle alone keeps the
+    length; with one of the two it gives the other. The order in which they are given is no matter.
+    """
+    moves = {key: values.pop(key) for key in ("height", "span", "lead_angle") if key in values}
+    if len(moves) == 3:
+        raise SceneError(
+            "jaw.height, jaw.length and jaw.lead_angle cannot be given together: "
+            "two of them fix the third",
+            name="jaw.lead_angle",
+        )
+    a_x, b_x, b_y = values["a_x"], values["b_x"], values["b_y"]
+    height = moves.get("height")
+    length = moves.get("span")
+    with np.errstate(all="ignore"):  # what is not finite is refused below
+        if "lead_angle" in moves:
+            slope = np.tan(moves["lead_angle"])
+            if height is None:
+                height = (b_x - a_x if length is None else length) * slope
+            else:
+                length = height / slope
+        if length is not None:
+            values["b_x"] = a_x + length
+        if height is not None:
+            values["a_y"] = b_y + height
+    if "lead_angle" in moves:
+        length = values["b_x"] - a_x
+        _require(
+            np.isfinite(length) & (length > 0),
+            "jaw.lead_angle",
+            moves["lead_angle"],
+            "an angle that gives the jaw a finite length greater than 0",
+            rows,
+        )
+
+
+def check_jaw(values: Values, rows: IntArray) -> None:
+    """The jaw's end points are finite and apart; an arc through them exists."""
+    with np.errstate(over="ignore"):
+        chord = np.hypot(values["b_x"] - values["a_x"], values["b_y"] - values["a_y"])
+    _require(
+        np.isfinite(chord) & (chord > 0), "jaw.b", values["b_x"], "a point away from jaw.a", rows
+    )
+    if "jaw_radius" in values:
+        _require(
+            2 * values["jaw_radius"] >= chord,
+            "jaw.radius",
+            values["jaw_radius"],
+            "at least half the distance from jaw.a to jaw.b",
+            rows,
+        )
+
+
+def check_path(values: Values, rows: IntArray) -> None:
+    """The path leads somewhere; a start at the first touch (NaN) always does."""
+    _require(
+        values["start"] != values["stop"],
+        "path.stop",
+        values["stop"],
+        "different from path.start",
+        rows,
+    )
+
+
+def _require(
+    fits: NDArray[np.bool_], name: str, shown: FloatArray, expected: str, rows: IntArray
+) -> None:
+    """Refuse the first case that does not fit, showing its value of `name`."""
+    if not fits.all():
+        first = int(np.argmin(fits))
+        value = np.broadcast_to(shown, fits.shape)[first]
+        raise refusal(name, value, expected, int(rows[first]) if fits.size > 1 else None)

@@ -1,0 +1,147 @@
+"""Every dotted name of a scene, with its meaning, unit and what it may be.
+
+Two sorts: a `Quantity` differs from case to case and becomes float64 arrays over the cases; an
+`Option` decides which problem is solved, so cases are grouped by their options.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fastncm.errors import SceneError
+from fastncm.scene.kinds import FINITE, NOT_NEGATIVE, POSITIVE, Interval, Real, Switch, Whole, Word
+from fastncm.scene.refusal import unknown
+
+NO_BLANK = object()  # marks a quantity that must be a number in every case
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number, or a pair of numbers, of each case."""
+
+    name: str
+    meaning: str
+    unit: str
+    keys: tuple[str, ...]  # one array over the cases for each key
+    allowed: Interval = FINITE
+    scalar: bool = True  # whether one number will do; a pair of keys then holds it twice
+    blank: object = NO_BLANK  # what may stand in place of a number; NaN in the arrays
+    owner: tuple[str, str] | None = None  # (option, word): only with this word
+
+
+@dataclass(frozen=True)
+class Option:
+    """A choice that decides which problem is solved."""
+
+    name: str
+    meaning: str
+    kind: Word | Switch | Whole | Real
+    owner: tuple[str, str] | None = None
+    unit: str = "1"
+
+
+ARC = ("jaw.shape", "arc")
+CIRCLE = ("target.shape", "circle")
+ACUTE = Interval(-math.pi / 2, math.pi / 2, open_low=True, open_high=True)
+NOT_YET = "is known but not available yet"
+
+# What a scene stores.
+QUANTITIES = (
+    Quantity("finger.length", "length of the axis", "m", ("length",), POSITIVE),
+    Quantity(
+        "finger.thickness",
+        "thickness, a number or [clamp, tip]",
+        "m",
+        ("thickness_clamp", "thickness_tip"),
+        POSITIVE,
+    ),
+    Quantity("finger.width", "width out of the plane", "m", ("width",), POSITIVE),
+    Quantity("finger.young", "Young's modulus", "Pa", ("young",), POSITIVE),
+    Quantity(
+        "finger.poisson",
+        "Poisson's ratio",
+        "1",
+        ("poisson",),
+        Interval(-1.0, 0.5, open_low=True, open_high=True),
+    ),
+    Quantity(
+        "finger.shear_modulus",
+        "shear modulus; left out: young / (2 (1 + poisson))",
+        "Pa",
+        ("shear_modulus",),
+        POSITIVE,
+        blank=None,
+    ),
+    Quantity("jaw.a", "first end of the jaw, undeformed", "m", ("a_x", "a_y"), scalar=False),
+    Quantity("jaw.b", "second end of the jaw, undeformed", "m", ("b_x", "b_y"), scalar=False),
+    Quantity("jaw.radius", "radius of the arc", "m", ("jaw_radius",), POSITIVE, owner=ARC),
+    Quantity("target.radius", "radius", "m", ("target_radius",), POSITIVE, owner=CIRCLE),
+    Quantity("path.start", "first position, or 'touch'", "m", ("start",), blank="touch"),
+    Quantity("path.stop", "last position", "m", ("stop",)),
+    Quantity("path.y", "height of the target's reference point", "m", ("y",)),
+    Quantity("friction.mu", "coefficient of Coulomb friction", "1", ("mu",), NOT_NEGATIVE),
+)
+
+# What a scene does not store: these move jaw.a and jaw.b.
+MOVES = (
+    Quantity("jaw.height", "a_y - b_y; moves a", "m", ("height",)),
+    Quantity("jaw.length", "b_x - a_x; moves b", "m", ("span",), POSITIVE),
+    Quantity("jaw.lead_angle", "atan2(height, length)", "rad", ("lead_angle",), ACUTE),
+)
+
+OPTIONS = (
+    Option("jaw.shape", "shape of the jaw", Word(("segment", "arc"))),
+    Option("jaw.convex", "the arc bulges towards the target", Switch(), owner=ARC),
+    Option("target.shape", "shape of the target", Word(("circle", "block"))),
+    Option("path.steps", "number of positions", Whole(2)),
+    Option(
+        "friction.model",
+        "how friction acts",
+        Word(("recovered",), {"equilibrium": f"'equilibrium' {NOT_YET}"}),
+    ),
+    Option("model.shear", "the finger shears", Switch()),
+    Option("model.section", "what turns the section", Word(("psi", "psi+gamma"))),
+    Option("solver.order", "modes of the shape", Whole(2, 32, ("auto",))),
+    Option(
+        "solver.contact",
+        "form of the contact",
+        Word(("closest", "points-on-finger", "points-on-target")),
+    ),
+    Option("solver.points", "points of the point forms (M)", Whole(2)),
+    Option("solver.hessian", "second derivatives", Word(("exact", "bfgs"))),
+    Option("solver.rtol", "relative error of the contact force", Real(Interval(1e-12, 1e-2))),
+)
+
+NOT_AVAILABLE = {
+    "solver.intervals": f"solver.intervals {NOT_YET}: it is for fingers whose own side touches; "
+    "a finger with a jaw takes solver.order",
+    "target.semi_axes": f"target.semi_axes {NOT_YET}: targets are circles and blocks",
+}
+
+QUANTITY = {quantity.name: quantity for quantity in QUANTITIES + MOVES}
+OPTION = {option.name: option for option in OPTIONS}
+STORED = {item.name: item for item in QUANTITIES + OPTIONS}
+
+
+def scene_names() -> tuple[str, ...]:
+    """Every dotted name that `Scene.replace`, a sweep axis or `--set` may give."""
+    return (*QUANTITY, *OPTION)
+
+
+def check_name(name: str) -> None:
+    """Refuse a name that is no dotted name of a scene, with the nearest right one."""
+    if name in NOT_AVAILABLE:
+        raise SceneError(NOT_AVAILABLE[name], name=name)
+    if name not in QUANTITY and name not in OPTION:
+        raise unknown(str(name), scene_names())
+
+
+def belongs(item: Quantity | Option, values: Mapping[str, object]) -> bool:
+    """Whether a scene of these shapes has the item; `values` are by dotted name."""
+    return item.owner is None or values.get(item.owner[0]) == item.owner[1]
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a dotted name; "1" where it has none."""
+    check_name(name)
+    return QUANTITY[name].unit if name in QUANTITY else OPTION[name].unit

@@ -1,0 +1,26 @@
+"""What a solve can end with: a number in compiled code, a word and a sentence of advice outside."""
+
+CONVERGED, NO_CONTACT, MAX_ITERATIONS, INFEASIBLE, NO_EQUILIBRIUM, NUMERICAL_ERROR = range(6)
+
+#: Word for each status number, as it stands in the tables.
+WORDS = (
+    "converged",
+    "no_contact",
+    "max_iterations",
+    "infeasible",
+    "no_equilibrium",
+    "numerical_error",
+)
+
+#: What the engineer can do about it, for each status number.
+ADVICE = (
+    "",
+    "The target does not touch the finger here; the force is zero.",
+    "The solver ran out of iterations: use more positions (path.steps), so that each starts closer to "
+    "the last, or a higher solver.order.",
+    "The finger cannot get out of the target's way here: check jaw, target and path for an overlap "
+    "that bending cannot clear.",
+    "There is no equilibrium on this branch: the path has passed a limit point.",
+    "The arithmetic broke down here (overflow or a singular system): check for extreme ratios of "
+    "lengths or stiffnesses in the scene.",
+)

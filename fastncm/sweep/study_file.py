@@ -1,0 +1,107 @@
+"""Study files: TOML that names a scene and the axes to vary.
+
+scene = "snapfit-circle"            # a shipped scene, or a file beside this one
+
+[set]                               # optional: values that differ from the scene's
+"solver.rtol" = 1e-8
+
+[axes]                              # a full grid over all axes
+"finger.thickness" = { linspace = [0.0022, 0.0042, 21] }    # or geomspace
+"friction.mu" = [0.0, 0.2, 0.4]
+
+[output]
+curves = true                       # write the long table of curves, too
+
+[report]                            # which designs are printed as the best
+column = "peak_force_N"
+best = "min"
+limits = { max_strain = 0.02 }      # largest values allowed
+"""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from fastncm.errors import SceneError
+from fastncm.scene import Scene, TomlFile, load_scene, read_toml
+from fastncm.scene.refusal import refusal, unknown
+from fastncm.sweep.axes import SPACES
+from fastncm.sweep.study import Report, Study
+
+KEYS = ("name", "scene", "set", "axes", "output", "report")
+
+
+def load_study(path: str | os.PathLike[str]) -> Study:
+    """The validated study of a TOML file. SceneError with file and line for what is wrong."""
+    file = read_toml(Path(path))
+    try:
+        study = _study(file)
+        study.check()
+    except SceneError as error:
+        raise file.locate(error) from None
+    return study
+
+
+def _study(file: TomlFile) -> Study:
+    tables = file.tables
+    _refuse_unknown("", tables, KEYS)
+    name = tables.get("name", file.path.stem)
+    if not isinstance(name, str):
+        raise refusal("name", name, "a string")
+    output = _table(tables, "output")
+    _refuse_unknown("output.", output, ("curves",))
+    curves = output.get("curves", False)
+    if not isinstance(curves, bool):
+        raise refusal("output.curves", curves, "true or false")
+    report = _table(tables, "report")
+    _refuse_unknown("report.", report, ("column", "best", "limits"))
+    _table(report, "limits", "report.limits")
+    return Study(
+        scene=_scene(file),
+        axes=dict(_dotted(_table(tables, "axes"))),  # type: ignore[arg-type]
+        name=name,
+        curves=curves,
+        report=Report(**report),  # type: ignore[arg-type]
+    )
+
+
+def _scene(file: TomlFile) -> Scene:
+    """The scene with the study's [set] applied; a path is relative to the study file."""
+    name = file.tables.get("scene")
+    if not isinstance(name, str):
+        raise SceneError("scene is missing: the name of a scene or of its file", name="scene")
+    beside = file.path.parent / name
+    try:
+        scene = load_scene(beside if beside.is_file() else name)
+    except SceneError as error:
+        raise SceneError(str(error), name="scene") from None
+    changes = dict(_dotted(_table(file.tables, "set")))
+    try:
+        return scene.replace(changes)
+    except SceneError as error:
+        raise SceneError(str(error), name=f"set.{error.name}") from None
+
+
+def _table(tables: Mapping[str, object], key: str, shown: str = "") -> dict[str, object]:
+    """A table of the file; empty where it is left out."""
+    table = tables.get(key, {})
+    if not isinstance(table, dict):
+        raise SceneError(f"{shown or key} must be a table", name=shown or key)
+    return table
+
+
+def _refuse_unknown(prefix: str, table: Mapping[str, object], known: tuple[str, ...]) -> None:
+    for key in table:
+        if key not in known:
+            raise SceneError(str(unknown(key, known)), name=prefix + key)
+
+
+def _dotted(table: Mapping[str, object], prefix: str = "") -> list[tuple[str, object]]:
+    """Entries by dotted name, whether the key is written in quotes or as nested tables."""
+    entries: list[tuple[str, object]] = []
+    for key, value in table.items():
+        if isinstance(value, dict) and not SPACES.keys() & value.keys() and "." not in key:
+            entries += _dotted(value, f"{prefix}{key}.")
+        else:
+            entries.append((prefix + key, value))
+    return entries

@@ -1,0 +1,78 @@
+"""The grid numbers cases as itertools.product does, and a plan cuts it without loss."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from fastncm.sweep.grid import Grid
+from fastncm.sweep.plan import Plan
+
+AXES = {
+    "jaw.height": np.array([0.007, 0.008, 0.009, 0.010]),
+    "finger.thickness": np.array([0.0022, 0.0032, 0.0042]),
+    "model.section": np.array(["psi", "psi+gamma"], dtype=object),
+    "friction.mu": np.array([0.0, 0.1, 0.2, 0.3, 0.4]),
+}
+SCALE_ONLY = {"finger.thickness", "friction.mu"}
+
+
+def test_the_grid_equals_the_product_of_the_axes():
+    grid = Grid(AXES)
+    columns = grid.columns(np.arange(grid.size))
+    assert list(columns) == list(AXES)
+    assert list(zip(*columns.values(), strict=True)) == list(itertools.product(*AXES.values()))
+
+
+def test_any_cases_in_any_order_are_found_without_the_others():
+    grid = Grid({name: np.arange(1000.0) for name in ("a", "b", "c", "d")})  # 1e12 cases
+    columns = grid.columns(np.array([10**12 - 1, 0, 123_456_789_012]))
+    assert [list(column) for column in columns.values()] == [
+        [999, 0, 123],
+        [999, 0, 456],
+        [999, 0, 789],
+        [999, 0, 12],
+    ]
+
+
+@pytest.mark.parametrize("rows", [1, 7, 15, 16, 30, 10_000])
+@pytest.mark.parametrize("max_rows", [4, 15, 100, 10_000])
+def test_a_plan_hands_out_every_case_once(rows, max_rows):
+    grid = Grid(AXES)
+    plan = Plan(grid, SCALE_ONLY, max_rows)
+    blocks = [plan.case_ids(block) for block in plan.blocks(rows)]
+    assert plan.rows_left == 0
+    assert sorted(np.concatenate(blocks)) == list(range(grid.size))
+    assert max(map(len, blocks)) <= max(max_rows, 1)
+
+
+def test_cases_that_share_a_problem_share_a_block():
+    grid = Grid(AXES)
+    plan = Plan(grid, SCALE_ONLY, max_rows=10_000)
+    problems = []
+    for block in plan.blocks(rows=40):
+        columns = grid.columns(plan.case_ids(block))
+        problems += set(zip(columns["jaw.height"], columns["model.section"], strict=True))
+    assert len(problems) == len(set(problems)) == 8
+
+
+def test_a_plan_may_change_its_mind_about_the_size():
+    grid = Grid(AXES)
+    plan = Plan(grid, SCALE_ONLY, max_rows=10_000)
+    taken = []
+    for rows in (1, 60, 10_000):
+        left = plan.rows_left
+        block = plan.take(rows)
+        assert block.rows == left - plan.rows_left
+        taken.append(plan.case_ids(block))
+    assert [len(ids) for ids in taken] == [15, 60, 45]
+    assert plan.take(1) is None
+    assert len(set(np.concatenate(taken))) == grid.size
+
+
+def test_picking_cases_holds_the_other_axes_at_their_middle():
+    grid = Grid(AXES)
+    columns = grid.columns(grid.case_ids({"friction.mu": [0, 4]}))
+    assert list(columns["friction.mu"]) == [0.0, 0.4]
+    assert set(columns["jaw.height"]) == {0.009}
+    assert set(columns["finger.thickness"]) == {0.0032}
