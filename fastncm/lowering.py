@@ -54,6 +54,12 @@ class Lowered:
     scale: Scale
     mu: Array
 
+    @property
+    def direction(self) -> Array:
+        """Sense of the target's motion along x (D,): +1 or -1, the sign of last minus first position; -1,
+        the way in, for a single one."""
+        return np.where(self.positions[:, -1] > self.positions[:, 0], 1.0, -1.0)
+
     def problem(self, order: int, designs: Array) -> Problem:
         """The `designs` (indices) as the kernels want them, with `order` modes per field."""
         shear = self.scene.model.shear

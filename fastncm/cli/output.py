@@ -45,7 +45,7 @@ def print_curve(curve: "Curve") -> None:
 
 def table(frame: "pd.DataFrame") -> str:
     """Rows and columns as text."""
-    return str(frame.to_string(index=False, float_format=lambda x: f"{x:.6g}"))
+    return str(frame.to_string(index=False, float_format=lambda x: f"{x + 0.0:.6g}"))
 
 
 def write_frame(frame: "pd.DataFrame", file: Path) -> None:

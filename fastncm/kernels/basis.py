@@ -18,7 +18,10 @@ from numpy.polynomial.legendre import leggauss
 from fastncm.kernels.cache import driver, kernel
 from fastncm.kernels.constants import MAX_ORDER
 
-#: Gauss points that integrate (weight of degree 3) x (two polynomials of degree 31) exactly.
+#: Modes behind the last one that are tabulated for the error estimate: the first ones left out carry nearly
+#: all of the error, and one of them may vanish by symmetry.
+BEYOND = 3
+#: Gauss points that integrate (weight of degree 3) x (two polynomials of degree 34) exactly.
 _EXACT = 40
 
 
@@ -37,15 +40,13 @@ class Quadrature(NamedTuple):
 class Profile(NamedTuple):
     """Basis of one thickness profile at the Q Gauss points.
 
-    slope: (n, Q) integral of phi_k from 0 to the node; end: (n,) the same up to the tip;
-    curvature: (n, Q) phi_k; stiffness: (Q,) D; shear: (n, Q) shear functions; shear_end: (n,) their values at
-    the tip; area: (Q,) A.
+    slope: (n, Q) integral of phi_k from 0 to the node; end: (n,) the same up to the tip; shear: (n, Q)
+    shear functions; shear_end: (n,) their values at the tip; area: (Q,) A. n counts the BEYOND modes that
+    follow those of the order.
     """
 
     slope: np.ndarray
     end: np.ndarray
-    curvature: np.ndarray
-    stiffness: np.ndarray
     shear: np.ndarray
     shear_end: np.ndarray
     area: np.ndarray
@@ -161,10 +162,7 @@ def fill_profile(ratio, exact_nodes, exact_weights, nodes, profile):
     integrate(recurrence, 1.0, exact_nodes, exact_weights, profile.end)
     for q in range(nodes.shape[0]):
         thickness = 1.0 + (ratio - 1.0) * nodes[q]
-        profile.stiffness[q] = thickness**3
         profile.area[q] = thickness
-        evaluate(recurrence, nodes[q], column)
-        profile.curvature[:, q] = column
         integrate(recurrence, nodes[q], exact_nodes, exact_weights, column)
         profile.slope[:, q] = column
     if profile.shear.shape[0] == 0:
@@ -189,8 +187,6 @@ def _fill_profiles(ratios, exact_nodes, exact_weights, nodes, tables):
             Profile(
                 tables.slope[i],
                 tables.end[i],
-                tables.curvature[i],
-                tables.stiffness[i],
                 tables.shear[i],
                 tables.shear_end[i],
                 tables.area[i],
@@ -206,12 +202,11 @@ def profiles(ratios: np.ndarray, order: int, shear: bool) -> Profile:
     if not 1 <= order <= MAX_ORDER:
         raise ValueError(f"order must lie in 1 ... {MAX_ORDER}, got {order}")
     count, points = len(ratios), quadrature_points(order)
-    modes = order if shear else 0
+    bending = order + BEYOND
+    modes = bending if shear else 0
     tables = Profile(
-        slope=np.empty((count, order, points)),
-        end=np.empty((count, order)),
-        curvature=np.empty((count, order, points)),
-        stiffness=np.empty((count, points)),
+        slope=np.empty((count, bending, points)),
+        end=np.empty((count, bending)),
         shear=np.empty((count, modes, points)),
         shear_end=np.empty((count, modes)),
         area=np.empty((count, points)),
@@ -225,3 +220,22 @@ def profiles(ratios: np.ndarray, order: int, shear: bool) -> Profile:
         tables,
     )
     return tables
+
+
+def fields(ratio: float, order: int, shear: bool, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values at the points `s` (R,) of the first `order` bending angles (integrals of phi_k) and shear functions.
+
+    Each (order, R); the second has no rows without `shear`.
+    """
+    points = len(s)
+    tables = Profile(
+        slope=np.empty((order, points)),
+        end=np.empty(order),
+        shear=np.empty((order if shear else 0, points)),
+        shear_end=np.empty(order if shear else 0),
+        area=np.empty(points),
+    )
+    exact_nodes, exact_weights = _unit_gauss(_EXACT)
+    nodes = np.ascontiguousarray(s, dtype=np.float64)
+    fill_profile(ratio, exact_nodes, exact_weights, nodes, tables)
+    return tables.slope, tables.shear

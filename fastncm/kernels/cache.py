@@ -106,7 +106,7 @@ _OPTIONS: dict[str, Any] = {
 def _compile(function: Callable[..., Any], **extra: Any) -> Any:
     if config.DISABLE_JIT:
         return function
-    compiled = numba.njit(**_OPTIONS, **extra)(function)
+    compiled = numba.njit(**_OPTIONS, no_cfunc_wrapper=True, **extra)(function)
     compiled._cache = _KernelCache(function)
     return compiled
 
@@ -118,6 +118,14 @@ def kernel(function: Callable[..., Any]) -> Any:
     every named tuple made a contact solve five times slower, and compilation three times.
     """
     return _compile(function, _nrt=False)
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """Like `kernel`, for functions of the whole state that only compiled code calls.
+
+    They have no wrapper for calls from Python: unboxing a named tuple of 40 arrays is most of their code.
+    """
+    return _compile(function, _nrt=False, no_cpython_wrapper=True)
 
 
 def driver(function: Callable[..., Any]) -> Any:

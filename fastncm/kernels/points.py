@@ -8,13 +8,21 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import gap
-from fastncm.kernels.cache import inlined
+from fastncm.kernels.cache import inlined, kernel
 
 
 @inlined
 def constraint_count(form, points, kind, jaw, d):
-    """Number of constraints of this form; `points` is M."""
-    return gap.closest_count(kind, jaw, d) if form == c.CLOSEST else points
+    """Number of constraints of this form; `points` is M.
+
+    The sharp corners of the surface that is not discretised are constraints too: otherwise they catch
+    between two points like in the teeth of a comb.
+    """
+    if form == c.CLOSEST:
+        return gap.closest_count(kind, jaw, d)
+    if form == c.POINTS_ON_FINGER:
+        return points + 1 if kind == c.BLOCK else points
+    return points + 2
 
 
 @inlined
@@ -64,22 +72,29 @@ def target_point(kind, k, points, jaw, target, d, t):
 @inlined
 def constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin):
     """Gap of constraint `k` of this form at one pose of the tip."""
-    if form == c.CLOSEST:
-        feature = gap.closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin)
-        return gap.feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
-    if form == c.POINTS_ON_FINGER:
+    if form == c.POINTS_ON_FINGER and k < points:
         return jaw_point_gap(kind, k / (points - 1.0), jaw, target, d, t, x, y, cos, sin)
-    px, py = target_point(kind, k, points, jaw, target, d, t)
-    part = gap.nearest_part(jaw, d, px, py, x, y, cos, sin)
-    return gap.jaw_gap(jaw, d, part, px, py, 0.0, x, y, cos, sin)
+    if form == c.POINTS_ON_TARGET and k < points:
+        px, py = target_point(kind, k, points, jaw, target, d, t)
+        part = gap.nearest_part(jaw, d, px, py, x, y, cos, sin)
+        return gap.jaw_gap(jaw, d, part, px, py, 0.0, x, y, cos, sin)
+    if form == c.POINTS_ON_TARGET and kind == c.CIRCLE:
+        feature = c.ON_A if k == points else c.ON_B
+    else:
+        of_closest = k
+        if form == c.POINTS_ON_FINGER:
+            of_closest = 0  # the block's corner on the jaw's edge
+        elif form == c.POINTS_ON_TARGET:
+            of_closest = k - points + 1  # the jaw's corners on the block
+        feature = gap.closest_feature(kind, of_closest, jaw, target, d, t, x, y, cos, sin)
+    return gap.feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
 
 
-@inlined
+@kernel
 def smallest_gap(form, points, kind, jaw, target, d, t, x, y, cos, sin):
     """The smallest gap over all constraints at one pose."""
     smallest = np.inf
     for k in range(constraint_count(form, points, kind, jaw, d)):
-        smallest = min(
-            smallest, constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin)[0]
-        )
+        g = constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin)
+        smallest = min(smallest, g[0])
     return smallest

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.basis import Profile, Quadrature
-from fastncm.kernels.cache import kernel
+from fastncm.kernels.basis import BEYOND, Profile, Quadrature
+from fastncm.kernels.cache import inner, kernel
 
 
 class Problem(NamedTuple):
@@ -40,16 +40,14 @@ class Problem(NamedTuple):
 class Basis(NamedTuple):
     """Basis of the designs in the lanes; the lane is the last axis. m = bending + shear modes.
 
-    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; values: (m, Q, LANES) phi_k: curvature or
-    shear angle; stiffness: (Q, LANES) D; shear: (Q, LANES) kappa G A (rows only with shear); area: (Q, LANES) w/w0;
-    ratio: (LANES,).
+    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; beyond, beyond_end: the same of the first modes
+    that are left out, BEYOND of each field, for the error estimate; area: (Q, LANES) w/w0; ratio: (LANES,).
     """
 
     slope: np.ndarray
     end: np.ndarray
-    values: np.ndarray
-    stiffness: np.ndarray
-    shear: np.ndarray
+    beyond: np.ndarray
+    beyond_end: np.ndarray
     area: np.ndarray
     ratio: np.ndarray
 
@@ -57,10 +55,16 @@ class Basis(NamedTuple):
 @kernel
 def mode_count(problem):
     """Unknowns of each design: bending modes, and as many shear modes where there is shear."""
-    return problem.profile.slope.shape[1] + problem.profile.shear.shape[1]
+    return problem.profile.slope.shape[1] + problem.profile.shear.shape[1] - beyond_count(problem)
 
 
-@kernel
+@inner
+def beyond_count(problem):
+    """Tabulated modes that are left out of the unknowns, of all fields together."""
+    return 2 * BEYOND if problem.profile.shear.shape[1] > 0 else BEYOND
+
+
+@inner
 def fill_basis(problem, d, lane, basis):
     """Write the tables of design `d` into `lane`.
 
@@ -68,24 +72,28 @@ def fill_basis(problem, d, lane, basis):
     """
     p = problem.profile_of[d]
     tables = problem.profile
-    bending, shear, points = tables.slope.shape[1], tables.shear.shape[1], tables.slope.shape[2]
+    points = tables.slope.shape[2]
+    order = tables.slope.shape[1] - BEYOND
     basis.ratio[lane] = problem.ratio[d]
     for q in range(points):
-        basis.stiffness[q, lane] = tables.stiffness[p, q]
         basis.area[q, lane] = tables.area[p, q]
-    for k in range(bending):
+    for k in range(order):
         basis.end[k, lane] = tables.end[p, k]
         for q in range(points):
             basis.slope[k, q, lane] = tables.slope[p, k, q]
-            basis.values[k, q, lane] = tables.curvature[p, k, q]
-    if shear == 0:
+    for k in range(BEYOND):
+        basis.beyond_end[k, lane] = tables.end[p, order + k]
+        for q in range(points):
+            basis.beyond[k, q, lane] = tables.slope[p, order + k, q]
+    if tables.shear.shape[1] == 0:
         return
     scale = 1.0 / np.sqrt(problem.shear_stiffness[d])
-    for q in range(points):
-        basis.shear[q, lane] = problem.shear_stiffness[d] * tables.area[p, q]
-    for k in range(shear):
-        end = scale * tables.shear_end[p, k] if problem.printed_section else 0.0
-        basis.end[bending + k, lane] = end
+    end = scale if problem.printed_section else 0.0
+    for k in range(order):
+        basis.end[order + k, lane] = end * tables.shear_end[p, k]
         for q in range(points):
-            basis.slope[bending + k, q, lane] = scale * tables.shear[p, k, q]
-            basis.values[bending + k, q, lane] = scale * tables.shear[p, k, q]
+            basis.slope[order + k, q, lane] = scale * tables.shear[p, k, q]
+    for k in range(BEYOND):
+        basis.beyond_end[BEYOND + k, lane] = end * tables.shear_end[p, order + k]
+        for q in range(points):
+            basis.beyond[BEYOND + k, q, lane] = scale * tables.shear[p, order + k, q]

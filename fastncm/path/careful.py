@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.points import constraint_count
 from fastncm.kernels.problem import mode_count
@@ -64,7 +64,7 @@ def make_sqp(problem):
     )
 
 
-@kernel
+@inner
 def approach(design, start, stop, spare, work, options):
     """Solve at `stop`, coming from the shape ``spare.u_start`` at `start`; the solution is left in ``spare.u``.
 
@@ -88,7 +88,7 @@ def approach(design, start, stop, spare, work, options):
     return result, total
 
 
-@kernel
+@inner
 def _resultant(work, gap):
     """Write the resultant of all contacts into `gap` (GAP_COLUMNS,), with unit force.
 
@@ -114,7 +114,7 @@ def _resultant(work, gap):
     return force, contacts
 
 
-@kernel
+@inner
 def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multipliers):
     """Solve the position of `lane` by the SQP; sets the lane's shape, force and `good`, and the row's status,
     residual, iterations and contacts.
@@ -173,7 +173,7 @@ def trace_carefully(problem, options, trace):
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(modes, points, problem.profile.shear.shape[1] > 0)
+    lanes = make_lanes(problem)
     walk, measuring = make_walk(modes), rows.make_measuring(points)
     work, spare = make_sqp(problem), make_spare(modes, points)
     start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
@@ -206,4 +206,9 @@ def trace_carefully(problem, options, trace):
                 remember(lanes, walk)
             if most > 0:
                 rows.measure(problem, lanes, measuring)
+                for lane in range(LANES):
+                    if lanes.active[lane] and lanes.good[lane]:  # what the SQP itself counted
+                        for column in (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS):
+                            value = trace.rows[lanes.design[lane], i, column]
+                            measuring.row[column, lane] = value
                 store(i, lanes, measuring.row, trace)

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner, kernel
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.problem import mode_count
 from fastncm.kernels.trig import sincos
 from fastncm.path import newton, rows
 from fastncm.path.boundary import boundary
@@ -64,7 +63,7 @@ def _touching(row):
     return row[rows.STATUS] == status.CONVERGED
 
 
-@kernel
+@inner
 def _next_event(d, begin, trace, positions):
     """The first interval from `begin` on with an event: ``(interval, kind)``, or ``(-1, 0)``."""
     for i in range(begin, positions - 1):
@@ -83,7 +82,7 @@ def _next_event(d, begin, trace, positions):
     return -1, 0
 
 
-@kernel
+@inner
 def _set_touch(problem, lanes, lane, i, kind):
     """Put the undeformed finger into `lane`, with the target where contact begins or ends."""
     d = lanes.design[lane]
@@ -96,7 +95,7 @@ def _set_touch(problem, lanes, lane, i, kind):
     lanes.u[:, lane] = 0.0
 
 
-@kernel
+@inner
 def _set_row(lanes, lane, i, trace):
     """Put the solved position `i` into `lane`, its feature held."""
     d = lanes.design[lane]
@@ -108,7 +107,7 @@ def _set_row(lanes, lane, i, trace):
         lanes.u[k, lane] = trace.shapes[d, i, k]
 
 
-@kernel
+@inner
 def _towards_change(problem, lanes, goal, far, pending):
     """One Newton step of all pending lanes' target towards the end of their held feature.
 
@@ -153,7 +152,7 @@ def _towards_change(problem, lanes, goal, far, pending):
             lanes.u[k, lane] += move * lanes.u_rate[k, lane]
 
 
-@kernel
+@inner
 def _keep(lanes, at, measured, trace):
     """Write the measured rows of the good lanes into their next free event slots."""
     positions = trace.multipliers.shape[1]
@@ -175,7 +174,7 @@ def _keep(lanes, at, measured, trace):
             trace.shapes[d, slot, k] = lanes.u[k, lane]
 
 
-@kernel
+@inner
 def _touches(problem, lanes, at, measuring, trace):
     """Rows of the touches and releases among the next events: no force, but its rate."""
     for lane in range(LANES):
@@ -192,7 +191,7 @@ def _touches(problem, lanes, at, measuring, trace):
     _keep(lanes, at, measuring.row, trace)
 
 
-@kernel
+@inner
 def _changes(problem, lanes, at, measuring, tolerance, trace):
     """Rows just before and just after the feature changes among the next events."""
     pending, goal, far = at.pending, at.goal, at.far
@@ -236,8 +235,8 @@ def _changes(problem, lanes, at, measuring, tolerance, trace):
 def locate_events(problem, tolerance, trace):
     """Locate the events of all designs of a solved trace, and write their rows behind its positions."""
     designs, positions = problem.positions.shape
-    modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(modes, points, problem.profile.shear.shape[1] > 0)
+    points = problem.rule.weights.shape[0]
+    lanes = make_lanes(problem)
     at, measuring = make_search(), rows.make_measuring(points)
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
@@ -253,7 +252,7 @@ def locate_events(problem, tolerance, trace):
                 break
 
 
-@kernel
+@inner
 def _next_events(lanes, at, trace, positions):
     """Find the next event of each lane. Returns whether there are touches, and whether there are changes."""
     touches, changes = False, False

@@ -7,7 +7,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.problem import Basis
+from fastncm.kernels.problem import Basis, beyond_count, mode_count
 
 
 #: A hold that keeps the gap as it stands: the resultant of several contacts.
@@ -62,14 +62,15 @@ class Lanes(NamedTuple):
 
 
 @driver
-def make_lanes(modes, points, shear):
-    """Lanes for `modes` unknowns and `points` Gauss points; `shear`: whether there are shear modes."""
+def make_lanes(problem):
+    """Lanes for the designs of `problem`."""
+    modes, points = mode_count(problem), problem.rule.weights.shape[0]
+    beyond = beyond_count(problem)
     basis = Basis(
         np.zeros((modes, points, LANES)),
         np.zeros((modes, LANES)),
-        np.zeros((modes, points, LANES)),
-        np.ones((points, LANES)),
-        np.ones((points if shear else 0, LANES)),
+        np.zeros((beyond, points, LANES)),
+        np.zeros((beyond, LANES)),
         np.ones((points, LANES)),
         np.ones(LANES),
     )

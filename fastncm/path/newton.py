@@ -9,14 +9,14 @@ converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`
 
 from fastncm.kernels import cholesky, rod
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import kernel
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap, store
 from fastncm.kernels.trig import sincos
 from fastncm.path.lanes import AS_STORED
 
 
-@kernel
+@inner
 def evaluate(problem, lanes):
     """Pose, smallest gap, its gradient and the KKT residual of every active lane, from `u`, `force` and `t`.
 
@@ -73,7 +73,7 @@ def evaluate(problem, lanes):
         lanes.residual[lane] = max(stationarity, contact)
 
 
-@kernel
+@inner
 def factorise(problem, lanes):
     """Factor of the Lagrangian's Hessian; ``A`` and ``H^-1 A`` of the working constraint.
 
@@ -133,7 +133,7 @@ def factorise(problem, lanes):
             lanes.compliance[lane] += lanes.jacobian[k, lane] * lanes.across[k, lane]
 
 
-@kernel
+@inner
 def step(lanes, pending):
     """One Newton step of the lanes in `pending` (LANES,) bool, with the factor of `factorise`.
 
@@ -159,7 +159,7 @@ def step(lanes, pending):
             lanes.u[k, lane] += change if pending[lane] else 0.0
 
 
-@kernel
+@inner
 def rates(lanes):
     """Derivatives of shape and force by the target's position, with the last factor.
 
@@ -185,7 +185,7 @@ def rates(lanes):
             )
 
 
-@kernel
+@inner
 def correct(problem, lanes, tolerance, most):
     """Newton's method in the active lanes, at least one step each.
 

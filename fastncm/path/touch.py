@@ -6,7 +6,7 @@ the undeformed finger alone: nothing is solved.
 """
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.cache import inlined, inner, kernel
 from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.points import smallest_gap
 
@@ -32,7 +32,7 @@ def undeformed_gap(problem, d, t):
     )
 
 
-@kernel
+@inner
 def locate_touch(problem, d, free, touching):
     """Position where contact begins, between `free` (gap >= 0) and `touching` (gap < 0), to rounding."""
     for _ in range(_HALVINGS):

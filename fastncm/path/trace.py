@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inlined, kernel
+from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis, mode_count
 from fastncm.path import newton, rows
-from fastncm.path.lanes import AS_STORED, make_lanes
+from fastncm.path.lanes import make_lanes
 from fastncm.path.touch import locate_touch, undeformed_gap
 from fastncm.path.walk import forget, make_walk, predict, remember
 from fastncm.sqp import status
@@ -47,7 +47,7 @@ def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Tr
     )
 
 
-@kernel
+@inner
 def begin_block(problem, first, lanes):
     """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
     designs = problem.positions.shape[0]
@@ -58,7 +58,7 @@ def begin_block(problem, first, lanes):
             fill_basis(problem, first + lane, lane, lanes.basis)
 
 
-@kernel
+@inner
 def begin_position(problem, i, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
@@ -107,21 +107,16 @@ def set_target(problem, i, move, lanes, start, moves):
                 lanes.t[lane] = goal
 
 
-@kernel
+@inner
 def store(i, lanes, measured, trace):
     """Copy the measured rows and the shapes of the good lanes into the trace at position `i`.
 
-    measured: (rows.COLUMNS, LANES). A lane ``AS_STORED`` keeps the contacts, residual and iterations of its row.
+    measured: (rows.COLUMNS, LANES).
     """
     for lane in range(LANES):
         if not (lanes.active[lane] and lanes.good[lane]):
             continue
         d = lanes.design[lane]
-        if lanes.hold[lane] == AS_STORED:
-            for column in (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS):
-                measured[column, lane] = trace.rows[d, i, column]
-        else:
-            trace.multipliers[d, i, 0] = lanes.force[lane]
         for column in range(rows.COLUMNS):
             trace.rows[d, i, column] = measured[column, lane]
         for k in range(lanes.u.shape[0]):
@@ -137,7 +132,7 @@ def trace_lanes(problem, tolerance, trace):
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(modes, points, problem.profile.shear.shape[1] > 0)
+    lanes = make_lanes(problem)
     walk, measuring = make_walk(modes), rows.make_measuring(points)
     start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
     for first in range(0, designs, LANES):
@@ -159,7 +154,9 @@ def trace_lanes(problem, tolerance, trace):
             rows.measure(problem, lanes, measuring)
             store(i, lanes, measuring.row, trace)
             for lane in range(LANES):
-                if lanes.active[lane] and not lanes.good[lane]:
+                if lanes.active[lane] and lanes.good[lane]:
+                    trace.multipliers[lanes.design[lane], i, 0] = lanes.force[lane]
+                elif lanes.active[lane]:
                     row = trace.rows[lanes.design[lane], i]
                     row[rows.POSITION] = lanes.t[lane]
                     row[rows.STATUS] = status.MAX_ITERATIONS

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner
 from fastncm.kernels.constants import LANES
 from fastncm.path import rows
 
@@ -59,7 +59,7 @@ def make_walk(modes):
     )
 
 
-@kernel
+@inner
 def predict(lanes, walk):
     """Shape and force at ``lanes.t``: cubic through the last two positions and their rates, along the
     tangent from one, and the last shape itself where there is no rate."""
@@ -95,7 +95,7 @@ def predict(lanes, walk):
         )
 
 
-@kernel
+@inner
 def remember(lanes, walk):
     """Store the solved positions of the good lanes; a new feature starts the predictor afresh."""
     modes = lanes.u.shape[0]
@@ -123,7 +123,7 @@ def remember(lanes, walk):
                 walk.u_rate[k, lane] = lanes.u_rate[k, lane]
 
 
-@kernel
+@inner
 def forget(walk, lane, t):
     """Back to the undeformed finger with the target at `t`."""
     walk.t[lane] = t

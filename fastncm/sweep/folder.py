@@ -14,7 +14,7 @@ from typing import Any
 
 from fastncm.errors import SweepError
 from fastncm.scene.description import HEADINGS
-from fastncm.sweep.parts import write_atomically
+from fastncm.sweep.parts import reason, write_atomically
 from fastncm.sweep.study import Study
 
 MANIFEST = "study.json"
@@ -101,4 +101,4 @@ def begin(out: Path, manifest: Manifest) -> None:
         if manifest.study["curves"]:
             (out / "curves").mkdir()
     except OSError as error:
-        raise SweepError(f"cannot write to {out}: {error.strerror or error}") from error
+        raise SweepError(f"cannot write to {out}: {reason(error)}") from error

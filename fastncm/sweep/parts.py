@@ -35,6 +35,11 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.unlink(missing_ok=True)
 
 
+def reason(error: OSError) -> str:
+    """The system's own words; Arrow wraps them in many of its own."""
+    return os.strerror(error.errno) if error.errno else str(error)
+
+
 class PartWriter:
     """Collects tables of one schema and writes them as `part-00000.parquet`, `part-00001...`.
 

@@ -3,9 +3,10 @@
 import os
 import sys
 import time
-from collections.abc import Iterator
+import warnings
+from collections.abc import Generator, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from tqdm import tqdm
 from fastncm.errors import SweepError
 from fastncm.kernels.cache import is_cold
 from fastncm.sweep.folder import Manifest, begin, claim, read_manifest, write_manifest
-from fastncm.sweep.parts import PartWriter
+from fastncm.sweep.parts import PartWriter, reason
 from fastncm.sweep.read import best_designs
 from fastncm.sweep.schema import metadata, versions
 from fastncm.sweep.study import Report, Study
@@ -96,13 +97,24 @@ def _run(study: Study, out: Path, jobs: int) -> None:
     with (
         _kept_readable(store),
         _progress(study) as bar,
-        closing(finished_blocks(study, jobs)) as blocks,
+        _ended(finished_blocks(study, jobs)) as blocks,
     ):
         for block in blocks:
             store.add(block)
             bar.set_description(study.name, refresh=False)
             bar.set_postfix(failed=manifest.failed, refresh=False)
             bar.update(block.rows)
+
+
+@contextmanager
+def _ended(blocks: Generator[Finished, None, None]) -> Iterator[Iterator[Finished]]:
+    """The blocks; what is still in work when they are left is given up."""
+    try:
+        yield blocks
+    finally:
+        with warnings.catch_warnings():  # that tasks were cancelled is said once, by the error
+            warnings.filterwarnings("ignore", r"\d+ tasks which were still", UserWarning)
+            blocks.close()
 
 
 def _progress(study: Study) -> tqdm:
@@ -165,9 +177,11 @@ def _kept_readable(store: _Store) -> Iterator[None]:
     except BaseException as error:
         with suppress(OSError):  # the disk may be what failed
             store.close("broken off")
-        kept = f"{store.manifest.rows} finished cases stay readable in {store.out}"
+        kept = f"{store.manifest.rows} finished cases stay readable"
         if isinstance(error, OSError):
-            raise BrokenOff(f"cannot write: {error}; {kept}") from error
+            raise BrokenOff(f"cannot write to {store.out}: {reason(error)}; {kept}") from error
         if isinstance(error, BrokenProcessPool):
-            raise BrokenOff(f"a worker process died (out of memory?); {kept}") from error
+            raise BrokenOff(
+                f"{store.out}: a worker process died (out of memory?); {kept}"
+            ) from error
         raise

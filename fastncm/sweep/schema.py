@@ -8,7 +8,7 @@ from importlib.metadata import version
 import numpy as np
 import pyarrow as pa
 
-from fastncm.cases import CASE_UNITS, CURVE_UNITS
+from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.scene import unit_of
 from fastncm.sweep.study import TEXT_COLUMNS, Study
 

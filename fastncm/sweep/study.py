@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fastncm.cases import CASE_UNITS
+from fastncm.columns import CASE_UNITS
 from fastncm.errors import SceneError
 from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number

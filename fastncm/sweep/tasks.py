@@ -43,7 +43,7 @@ class Finished:
     failed: int
     shape_paths: int
     solves: int
-    seconds: float  # without compiling
+    seconds: float
 
     @property
     def rows(self) -> int:
@@ -65,7 +65,7 @@ def run_block(study: Study, case_ids: np.ndarray) -> Finished:
         failed=failed_rows(result.cases["status"]),
         shape_paths=result.shape_paths,
         solves=result.solves,
-        seconds=perf_counter() - started - result.seconds_compiled,
+        seconds=perf_counter() - started,
     )
 
 
@@ -84,16 +84,20 @@ def finished_blocks(study: Study, jobs: int) -> Generator[Finished, None, None]:
 
 
 def _first_blocks(study: Study, plan: Plan) -> Generator[Finished, None, Finished]:
-    """Growing blocks in this process until one can be measured. Returns the last one, too."""
+    """Growing blocks in this process until two can be measured. Returns the last one, too.
+
+    Two, because a block may meet a kind of problem for which the code is not compiled yet.
+    """
     done = run_block(study, plan.case_ids(next(plan.blocks(1))))
     yield done  # not to be measured: it has loaded the compiled code
-    rows = FIRST_ROWS
-    while (block := plan.take(rows)) is not None:
+    rows, measured = FIRST_ROWS, 0
+    while measured < 2 and (block := plan.take(rows)) is not None:
         done = run_block(study, plan.case_ids(block))
         yield done
         if done.seconds >= MEASURED_SECONDS or rows >= plan.max_rows:
-            break
-        rows *= 4
+            measured += 1
+        else:
+            rows *= 4
     return done
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from fastncm.cases import CASE_UNITS, solve_chunk
+from fastncm.cases import solve_chunk
+from fastncm.columns import CASE_UNITS
 from fastncm.sweep import load, load_study, sweep
 
 

@@ -1,0 +1,53 @@
+"""fastncm: contact of compliant fingers by nonlinear constrained minimisation (Lan & Lee 2008).
+
+Units are SI, angles radians. Names are loaded when they are first used, so that importing is cheap.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fastncm.cases import solve_cases
+    from fastncm.curve import Curve, solve
+    from fastncm.errors import FastNcmError, SceneError, SweepError
+    from fastncm.scene import Scene, load_scene
+    from fastncm.sweep import Study, load, sweep
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Curve": "curve",
+    "FastNcmError": "errors",
+    "Scene": "scene",
+    "SceneError": "errors",
+    "Study": "sweep",
+    "SweepError": "errors",
+    "load": "sweep",
+    "load_scene": "scene",
+    "solve": "curve",
+    "solve_cases": "cases",
+    "sweep": "sweep",
+}
+__all__ = [
+    "Curve",
+    "FastNcmError",
+    "Scene",
+    "SceneError",
+    "Study",
+    "SweepError",
+    "load",
+    "load_scene",
+    "solve",
+    "solve_cases",
+    "sweep",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fastncm' has no attribute {name!r}")
+    return getattr(import_module(f"fastncm.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,176 @@
+"""Many cases of a scene at once, in this process: one row per case, nothing in Python per solve."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from fastncm import columns as names
+from fastncm.errors import SceneError
+from fastncm.lowering import Lowered, lower, scale_only_names
+from fastncm.path import reduce
+from fastncm.path.peaks import refine_peaks
+from fastncm.path.reduce import summarise
+from fastncm.scene import Scene, tabulate
+from fastncm.sqp import status
+from fastncm.trace import Solved, kkt_tolerance, solve_paths
+
+__all__ = ["ChunkResult", "scale_only_names", "solve_cases", "solve_chunk"]
+
+Array = np.ndarray
+_WORDS = np.array(status.WORDS, dtype=object)
+_ADVICE = np.array(status.ADVICE, dtype=object)
+
+
+@dataclass(frozen=True)
+class ChunkResult:
+    """Answers to C cases.
+
+    cases: columns of `fastncm.columns.CASE_UNITS`, each (C,), in the order of the cases given. curves: columns of
+    `CURVE_UNITS`, each (C N,), with `case` the index of the case, or None. shape_paths: different
+    dimensionless paths that were solved; solves: shapes; seconds_compiled: time inside compiled code.
+    """
+
+    cases: dict[str, Array]
+    curves: dict[str, Array] | None
+    shape_paths: int
+    solves: int
+    seconds_compiled: float
+
+
+def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
+    """Solve the scene once per row of `frame`, whose columns are dotted names.
+
+    Returns one row per case with the same index: the columns given, then those of the cases table (status,
+    peak_force_N, peak_position, max_strain, ...). ``.attrs`` holds `shape_paths` and `solves`. Raises SceneError for
+    a bad name or value; what does not converge is a row with a status.
+    """
+    columns = {str(name): frame[name].to_numpy() for name in frame.columns}
+    result = solve_chunk(scene, columns, count=len(frame))
+    table = pd.DataFrame({**columns, **result.cases}, index=frame.index)
+    table.attrs.update(shape_paths=result.shape_paths, solves=result.solves)
+    return table
+
+
+def solve_chunk(
+    scene: Scene,
+    columns: Mapping[str, Sequence[object] | Array],
+    curves: bool = False,
+    count: int | None = None,
+) -> ChunkResult:
+    """Solve all cases of `columns` (dotted name to one entry per case); `count` where there are no columns."""
+    if not columns and count is not None and count != 1:
+        if count == 0:
+            raise SceneError("there are no cases: the table has no rows")
+        columns = {"friction.mu": np.full(count, scene.friction.mu)}
+    groups = tabulate(scene, columns)
+    total = sum(len(group.rows) for group in groups)
+    cases = {
+        "status": np.empty(total, dtype=object),
+        "peak_force_N": np.empty(total),
+        "peak_position": np.empty(total),
+        "max_strain": np.empty(total),
+        "insertion_work_J": np.empty(total),
+        "error_estimate": np.empty(total),
+        "positions": np.empty(total, dtype=np.int64),
+        "iterations": np.empty(total, dtype=np.int64),
+        "advice": np.empty(total, dtype=object),
+    }
+    parts: list[dict[str, Array]] = []
+    shape_paths, solves, compiled = 0, 0, 0.0
+    for group in groups:
+        lowered = lower(group)
+        by_design = np.argsort(lowered.problem_of, kind="stable")
+        edges = np.searchsorted(
+            lowered.problem_of[by_design], np.arange(len(lowered.jaw) + 1)
+        )
+        shape_paths += len(lowered.jaw)
+        begin = time.perf_counter()
+        for solved in solve_paths(lowered):
+            chosen, design = _cases_of(solved, by_design, edges)
+            summary, extra = _summarise(solved, lowered, chosen, design)
+            compiled += time.perf_counter() - begin
+            solves += int(solved.trace.solves[0]) + extra
+            _fill(cases, group.rows[chosen], lowered, chosen, summary)
+            if curves:
+                curve = names.curve_columns(solved.trace.rows, lowered, chosen, design)
+                curve["case"] = np.repeat(group.rows[chosen], lowered.positions.shape[1])
+                parts.append(curve)
+            begin = time.perf_counter()
+    return ChunkResult(
+        cases=cases,
+        curves=_joined(parts) if curves else None,
+        shape_paths=shape_paths,
+        solves=solves,
+        seconds_compiled=compiled,
+    )
+
+
+def _cases_of(solved: Solved, by_design: Array, edges: Array) -> tuple[Array, Array]:
+    """The cases that use the solved designs: ``(cases, index of each one's design in `solved`)``.
+
+    by_design: (C,) cases sorted by design; edges: (D + 1,) where each design's cases begin there.
+    """
+    counts = edges[solved.designs + 1] - edges[solved.designs]
+    design = np.repeat(np.arange(len(solved.designs)), counts)
+    begin = np.repeat(edges[solved.designs], counts)
+    within = np.arange(len(design)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return by_design[begin + within], design
+
+
+def _summarise(
+    solved: Solved, lowered: Lowered, chosen: Array, design: Array
+) -> tuple[Array, int]:
+    """Summaries (`path.reduce`) of the chosen cases, smooth peaks refined, and the shapes that took."""
+    table, positions = solved.trace.rows, lowered.positions.shape[1]
+    mu = np.ascontiguousarray(lowered.mu[chosen])
+    direction = lowered.direction[solved.designs][design]
+    summary = np.empty((len(chosen), reduce.COLUMNS))
+    summarise(table, positions, design, mu, direction, summary)
+    smooth = np.flatnonzero(summary[:, reduce.SMOOTH_FROM] >= 0.0)
+    extra = 0
+    if len(smooth):
+        extra = refine_peaks(
+            solved.problem,
+            kkt_tolerance(lowered.scene.solver.rtol),
+            table,
+            solved.trace.shapes,
+            design,
+            mu,
+            direction,
+            smooth,
+            summary,
+        )
+    return summary, int(extra)
+
+
+def _fill(
+    cases: dict[str, Array], at: Array, lowered: Lowered, chosen: Array, summary: Array
+) -> None:
+    """Write summaries in SI units into rows `at` of the case columns; failed cases have no numbers."""
+    scale = lowered.scale
+    length, force = scale.length[chosen], scale.force[chosen]
+    number = summary[:, reduce.STATUS].astype(np.int64)
+    failed = number > status.NO_CONTACT
+    values = {
+        "peak_force_N": summary[:, reduce.PEAK_FORCE] * force,
+        "peak_position": summary[:, reduce.PEAK_POSITION] * length,
+        "max_strain": summary[:, reduce.STRAIN] * scale.strain[chosen],
+        "insertion_work_J": summary[:, reduce.WORK] * force * length,
+        "error_estimate": summary[:, reduce.ESTIMATE],
+    }
+    for name, value in values.items():
+        cases[name][at] = np.where(failed, np.nan, value)
+    cases["status"][at] = _WORDS[number]
+    cases["advice"][at] = _ADVICE[number]
+    cases["positions"][at] = lowered.positions.shape[1]
+    cases["iterations"][at] = summary[:, reduce.ITERATIONS].astype(np.int64)
+
+
+def _joined(parts: list[dict[str, Array]]) -> dict[str, Array]:
+    """All curves one behind the other, in the order of the cases."""
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    order = np.argsort(joined["case"], kind="stable")
+    return {name: column[order] for name, column in joined.items()}

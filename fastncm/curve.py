@@ -1,0 +1,217 @@
+"""One scene along its target's path: forces, shapes, contacts and the located peak."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from fastncm.columns import CURVE_UNITS, curve_columns
+from fastncm.errors import SceneError
+from fastncm.kernels import basis
+from fastncm.kernels import constants as c
+from fastncm.lowering import Lowered, lower
+from fastncm.path import reduce, rows
+from fastncm.path.friction import turned_forces
+from fastncm.path.peaks import refine_peaks
+from fastncm.path.reduce import summarise
+from fastncm.scene import Scene, tabulate
+from fastncm.sqp import status
+from fastncm.trace import Solved, kkt_tolerance, solve_paths
+
+Array = np.ndarray
+
+#: Points along the finger in `Curve.shape`.
+_SHAPE_POINTS = 101
+#: What the kinds of located events are called.
+_EVENT_NAMES = {
+    rows.TOUCH: "touch",
+    rows.RELEASE: "release",
+    rows.BEFORE_CHANGE: "before_change",
+    rows.AFTER_CHANGE: "after_change",
+}
+
+
+class Peak(NamedTuple):
+    """The largest insertion force along the path, located, not sampled."""
+
+    position: float  #: of the target, in the unit of the path (m)
+    insertion_force_N: float
+
+
+def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Curve":
+    """Solve `scene` along its path, or at the `positions` (path values, m) in the order given.
+
+    What does not converge is a row with a status, not an error. Raises SceneError for positions that
+    are not a list of finite numbers.
+    """
+    group = tabulate(scene, {})[0]
+    if positions is not None:
+        positions = _checked(positions)
+    lowered = lower(group, positions)
+    solved = next(solve_paths(lowered))
+    mu, direction = np.array([scene.friction.mu]), lowered.direction
+    zero = np.zeros(1, dtype=np.int64)
+    summary = np.empty((1, reduce.COLUMNS))
+    count = lowered.positions.shape[1]
+    summarise(solved.trace.rows, count, zero, mu, direction, summary)
+    if summary[0, reduce.SMOOTH_FROM] >= 0.0:
+        tolerance = kkt_tolerance(scene.solver.rtol)
+        table, shapes = solved.trace.rows, solved.trace.shapes
+        refine_peaks(
+            solved.problem, tolerance, table, shapes, zero, mu, direction, zero, summary
+        )
+    return Curve(scene, lowered, solved, summary[0])
+
+
+def _checked(positions: Sequence[float] | Array) -> Array:
+    """The positions as a (N,) array."""
+    try:
+        values = np.asarray(positions, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"positions must be a list of numbers in metres: {error}") from None
+    if values.ndim != 1 or len(values) == 0:
+        raise SceneError(f"positions must be a non-empty list of numbers, got {positions!r}")
+    if not np.isfinite(values).all():
+        bad = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise SceneError(f"positions must be finite, positions[{bad}] is {values[bad]}")
+    return values
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A scene solved along a path. Rows are counted from 0 in the order of the positions."""
+
+    scene: Scene
+    _lowered: Lowered
+    _solved: Solved
+    _summary: Array
+
+    def __len__(self) -> int:
+        return int(self._lowered.positions.shape[1])
+
+    @property
+    def order(self) -> int:
+        """Modes per field that were used: `solver.order`, or what `solver.rtol` asked for."""
+        return self._solved.order
+
+    def frame(self) -> pd.DataFrame:
+        """One row per position, columns as in `fastncm.columns.CURVE_UNITS`; ``.attrs["units"]`` has the units."""
+        zero = np.zeros(1, dtype=np.int64)
+        table = curve_columns(self._solved.trace.rows, self._lowered, zero, zero)
+        frame = pd.DataFrame(table)
+        frame.attrs["units"] = dict(CURVE_UNITS)
+        return frame
+
+    @property
+    def status(self) -> str:
+        """Status of the whole path: the first row's that failed, else "converged" or "no_contact"."""
+        return status.WORDS[int(self._summary[reduce.STATUS])]
+
+    @property
+    def advice(self) -> str:
+        """What to do about the status; empty where nothing is to be done."""
+        return status.ADVICE[int(self._summary[reduce.STATUS])]
+
+    @property
+    def peak(self) -> Peak:
+        """The located peak of the insertion force (0 N where the target never touches)."""
+        return Peak(
+            float(self._summary[reduce.PEAK_POSITION] * self._lowered.scale.length[0]),
+            float(self._summary[reduce.PEAK_FORCE] * self._lowered.scale.force[0]),
+        )
+
+    @property
+    def insertion_work_J(self) -> float:
+        """Work that the target does against the insertion force over the whole path, in J."""
+        scale = self._lowered.scale
+        return float(self._summary[reduce.WORK] * scale.force[0] * scale.length[0])
+
+    def events(self) -> pd.DataFrame:
+        """Located events in the order of the path: event, position, insertion_force_N, interval.
+
+        The event lies behind row `interval`. At a change of the contact feature the force may jump or have
+        a kink: it is given as it is just before and just after.
+        """
+        table = self._solved.trace.rows
+        one = np.zeros(1, dtype=np.int64)
+        forces = np.empty((1, table.shape[1], 6))
+        mu = np.array([self.scene.friction.mu])
+        turned_forces(table, one, mu, self._lowered.direction, forces)
+        behind = np.arange(len(self), table.shape[1])
+        used = behind[table[0, behind, rows.KIND] != rows.AT_POSITION]
+        return pd.DataFrame(
+            {
+                "event": [_EVENT_NAMES[int(kind)] for kind in table[0, used, rows.KIND]],
+                "position": table[0, used, rows.POSITION] * self._lowered.scale.length[0],
+                "insertion_force_N": forces[0, used, 4] * self._lowered.scale.force[0],
+                "interval": table[0, used, rows.INTERVAL].astype(np.int64),
+            }
+        )
+
+    def shape(self, i: int) -> pd.DataFrame:
+        """The finger at row `i`: s_m, x_m, y_m, psi_rad, gamma_rad, moment_Nm at points along its axis.
+
+        The moment is that of the contact force, which is exact for the given force (positive where it
+        turns psi up). Raises IndexError for a row that is not there.
+        """
+        row = self._row(i)
+        s = np.linspace(0.0, 1.0, _SHAPE_POINTS)
+        psi, gamma = self._angles(i, s)
+        # running integrals of the axis' direction by a Gauss rule of their own on each [0, s]
+        rule = basis.quadrature(basis.quadrature_points(c.MAX_ORDER))
+        inner = s[:, None] * rule.nodes[None, :]
+        theta = sum(self._angles(i, inner.ravel())).reshape(inner.shape)
+        x = s * (np.cos(theta) @ rule.weights)
+        y = s * (np.sin(theta) @ rule.weights)
+        scale = self._lowered.scale
+        fx = row[rows.FORCE] * row[rows.NORMAL_X]
+        fy = row[rows.FORCE] * row[rows.NORMAL_Y]
+        moment = (row[rows.CONTACT_X] - x) * fy - (row[rows.CONTACT_Y] - y) * fx
+        return pd.DataFrame(
+            {
+                "s_m": s * scale.length[0],
+                "x_m": x * scale.length[0],
+                "y_m": y * scale.length[0],
+                "psi_rad": psi,
+                "gamma_rad": gamma,
+                "moment_Nm": moment * scale.force[0] * scale.length[0],
+            }
+        )
+
+    def contacts(self, i: int) -> pd.DataFrame:
+        """The touching points at row `i`: s_m, x_m, y_m, force_x_N, force_y_N (on the finger).
+
+        A jaw's force enters the finger at its tip, hence s_m is the finger's length.
+        """
+        self._row(i)
+        points = self.frame().iloc[[i]]
+        points = points[points["contacts"] > 0]
+        return pd.DataFrame(
+            {
+                "s_m": points["contact_s_m"],
+                "x_m": points["contact_x_m"],
+                "y_m": points["contact_y_m"],
+                "force_x_N": points["force_x_N"],
+                "force_y_N": points["force_y_N"],
+            }
+        ).reset_index(drop=True)
+
+    def _row(self, i: int) -> Array:
+        """The trace's row of position `i`; negative ones count from the end."""
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"row {i} is not there: the curve has rows 0 to {len(self) - 1}")
+        row: Array = self._solved.trace.rows[0, i % len(self)]
+        return row
+
+    def _angles(self, i: int, s: Array) -> tuple[Array, Array]:
+        """psi and gamma of row `i` at the points `s` (0 ... 1)."""
+        shear = self.scene.model.shear
+        slope, gamma = basis.fields(float(self._lowered.ratio[0]), self._solved.order, shear, s)
+        u = self._solved.trace.shapes[0, i % len(self)]
+        psi: Array = u[: self._solved.order] @ slope
+        if not shear:
+            return psi, np.zeros_like(psi)
+        stiffness = self._lowered.shear_stiffness[0]
+        return psi, u[self._solved.order :] @ gamma / np.sqrt(stiffness)

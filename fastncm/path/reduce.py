@@ -1,0 +1,128 @@
+"""What a case's row says of its whole path: peak, work, largest strain and error, status."""
+
+import numpy as np
+
+from fastncm.kernels.cache import inlined, kernel
+from fastncm.path import rows
+from fastncm.path.friction import turned_force
+from fastncm.path.trace import EVENTS
+from fastncm.sqp import status
+
+# --- columns of a summary ------------------------------------------------------------------------
+#: Peak insertion force and its position, the rows between which it is a smooth maximum (-1: it is a
+#: row), insertion work, largest strain and error estimate, iterations, status.
+(
+    PEAK_FORCE,
+    PEAK_POSITION,
+    SMOOTH_FROM,
+    SMOOTH_TO,
+    WORK,
+    STRAIN,
+    ESTIMATE,
+    ITERATIONS,
+    STATUS,
+) = range(9)
+COLUMNS = 9
+
+
+@inlined
+def _row_of(table, d, positions, place, event):
+    """Index of the next row in the order of the path.
+
+    place: of the next position; event: of the next event. An event of interval i stands behind position i.
+    """
+    if event < EVENTS and table[d, positions + event, rows.KIND] != rows.AT_POSITION:
+        if int(table[d, positions + event, rows.INTERVAL]) < place:
+            return positions + event
+    return place if place < positions else -1
+
+
+@inlined
+def _smooth_maximum(h, f0, f1, r0, r1):
+    """Largest value in (0, h) of the cubic with values f0, f1 and slopes r0, r1 at its ends.
+
+    For slopes that point upwards at both ends, inwards (r0 h > 0 > r1 h).
+    """
+    best = max(f0, f1)
+    # slope along z = x / h: a z^2 + b z + c
+    a = 6.0 * (f0 - f1) + 3.0 * h * (r0 + r1)
+    b = -6.0 * (f0 - f1) - h * (4.0 * r0 + 2.0 * r1)
+    c = h * r0
+    root = np.sqrt(max(b * b - 4.0 * a * c, 0.0))
+    z = 2.0 * c / (-b + root) if -b + root > 0.0 else 0.5
+    z = min(max(z, 0.0), 1.0)
+    value = (
+        (1.0 + 2.0 * z) * (1.0 - z) ** 2 * f0
+        + z * z * (3.0 - 2.0 * z) * f1
+        + h * z * (1.0 - z) ** 2 * r0
+        + h * z * z * (z - 1.0) * r1
+    )
+    return max(best, value)
+
+
+@kernel
+def summarise(table, positions, design, mu, direction, out):
+    """Summaries of C cases from the rows of their designs.
+
+    table: (D, positions + EVENTS, rows.COLUMNS); design, mu, direction: (C,); out: (C, COLUMNS), overwritten. The
+    peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies between two rows and is to be refined
+    (`path.peaks`). The work is the integral of the cubic through the rows and their rates.
+    """
+    for case in range(out.shape[0]):
+        d, m, sense = design[case], mu[case], direction[case]
+        for column in range(COLUMNS):
+            out[case, column] = 0.0
+        out[case, PEAK_POSITION] = table[d, 0, rows.POSITION]
+        out[case, SMOOTH_FROM] = -1.0
+        peak, before, f0, r0 = 0.0, -1, 0.0, 0.0
+        worst, touched = 0, False
+        place, event = 0, 0
+        while True:
+            i = _row_of(table, d, positions, place, event)
+            if i < 0:
+                break
+            if i < positions:
+                place += 1
+            else:
+                event += 1
+            state = int(table[d, i, rows.STATUS])
+            out[case, ITERATIONS] += table[d, i, rows.ITERATIONS]
+            _, _, _, _, f1, r1, holds = turned_force(table, d, i, m, sense)
+            loaded = state == status.CONVERGED and table[d, i, rows.FORCE] > 0.0
+            if loaded and not holds:
+                state = status.NO_EQUILIBRIUM
+            if state != status.CONVERGED and state != status.NO_CONTACT:
+                worst = worst if worst > 0 else state
+                before = -1
+                continue
+            if state == status.NO_CONTACT:
+                f1, r1 = 0.0, 0.0
+            touched = touched or state == status.CONVERGED
+            out[case, STRAIN] = max(out[case, STRAIN], table[d, i, rows.STRAIN])
+            out[case, ESTIMATE] = max(out[case, ESTIMATE], table[d, i, rows.ESTIMATE])
+            if before >= 0:
+                h = table[d, i, rows.POSITION] - table[d, before, rows.POSITION]
+                smooth = (
+                    table[d, i, rows.FEATURE] == table[d, before, rows.FEATURE]
+                    and table[d, i, rows.FEATURE] < rows.SEVERAL
+                )
+                area = 0.5 * h * (f0 + f1)
+                if smooth:
+                    area += h * h / 12.0 * (r0 - r1)
+                    if h * r0 > 0.0 and h * r1 < 0.0:
+                        value = _smooth_maximum(h, f0, f1, r0, r1)
+                        if value > peak:
+                            peak = value
+                            out[case, PEAK_FORCE] = value
+                            out[case, SMOOTH_FROM], out[case, SMOOTH_TO] = before, i
+                out[case, WORK] += sense * area
+            if f1 > peak:
+                peak = f1
+                out[case, PEAK_FORCE] = f1
+                out[case, PEAK_POSITION] = table[d, i, rows.POSITION]
+                out[case, SMOOTH_FROM] = -1.0
+            before, f0, r0 = i, f1, r1
+        if worst > 0:
+            out[case, STATUS] = worst
+        else:
+            out[case, STATUS] = status.CONVERGED if touched else status.NO_CONTACT

@@ -1,0 +1,147 @@
+"""Solving lowered problems: the order that the tolerance needs, and the SQP for what the lanes leave over."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels.problem import Problem, mode_count
+from fastncm.lowering import Lowered
+from fastncm.path import rows
+from fastncm.path.careful import most_constraints, trace_carefully
+from fastncm.path.events import locate_events
+from fastncm.path.trace import Trace, make_trace, trace_lanes
+from fastncm.sqp import status
+from fastncm.sqp.solve import Options
+
+Array = np.ndarray
+
+#: Order to start with for each relative tolerance of the contact force: the estimates of the shipped scenes
+#: (1.9e-4, 1.1e-5, 5e-8, 5e-10, 2e-12 for orders 2 to 6; bench/convergence.py). What it does not reach for some
+#: design is solved again with more modes.
+_FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
+_LAST_RESORT = 8
+#: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
+_CHUNK = 512
+#: The KKT residual must be this much smaller than the tolerance of the force ...
+_ALGEBRAIC_SHARE = 1e-2
+#: ... within these limits: looser makes events and rates inexact, tighter is rounding.
+_TIGHTEST, _LOOSEST = 1e-13, 1e-10
+#: Iterations of the SQP; the exact Hessian needs 5, damped BFGS from far away up to 60.
+_SQP_ITERATIONS = 200
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Paths of some of the designs of a `Lowered`, solved with one order.
+
+    designs: (D,) their indices there; problem, trace: of these designs, in this order.
+    """
+
+    designs: Array
+    order: int
+    problem: Problem
+    trace: Trace
+
+
+def kkt_tolerance(rtol: float) -> float:
+    """Tolerance of the KKT residual that goes with `solver.rtol`."""
+    return min(max(_ALGEBRAIC_SHARE * rtol, _TIGHTEST), _LOOSEST)
+
+
+def solve_paths(lowered: Lowered) -> Iterator[Solved]:
+    """Solve all designs; each comes out once, with the order that its error estimate asks for.
+
+    What a design's order is depends on that design alone, so that a table does not depend on how its cases
+    were divided into chunks.
+    """
+    solver = lowered.scene.solver
+    for first in range(0, len(lowered.jaw), _CHUNK):
+        pending = np.arange(first, min(first + _CHUNK, len(lowered.jaw)))
+        order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
+        while len(pending):
+            problem = lowered.problem(order, pending)
+            trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+            accepted = np.ones(len(pending), dtype=bool)
+            if solver.order == "auto" and order < c.MAX_ORDER:
+                accepted = _truncation(trace) <= solver.rtol
+            if accepted.all():
+                yield Solved(pending, order, problem, trace)
+                break
+            if accepted.any():
+                yield _subset(Solved(pending, order, problem, trace), accepted)
+            pending = pending[~accepted]
+            order = min(order + max(1, order // 6), c.MAX_ORDER)
+
+
+def _first_order(rtol: float) -> int:
+    return next((order for limit, order in _FIRST_ORDERS if rtol >= limit), _LAST_RESORT)
+
+
+def _truncation(trace: Trace) -> Array:
+    """Largest estimate of each design's rows without the part that more modes cannot mend."""
+    table = trace.rows
+    algebraic = rows.ALGEBRAIC * table[:, :, rows.RESIDUAL] + rows.FORCE_ROUNDING
+    solved = table[:, :, rows.STATUS] == status.CONVERGED
+    return np.where(solved, table[:, :, rows.ESTIMATE] - algebraic, 0.0).max(axis=1)
+
+
+def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
+    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must be."""
+    tolerance = kkt_tolerance(rtol)
+    options = Options(
+        tolerance=tolerance,
+        rounding=c.GAP_ROUNDING,
+        iterations=_SQP_ITERATIONS,
+        exact=exact,
+        armijo=1e-4,
+        shortest=1e-8,
+    )
+    constraints = most_constraints(problem)
+    trace = _room(problem, constraints)
+    if problem.form != c.CLOSEST or not exact:
+        trace_carefully(problem, options, trace)
+    else:
+        trace_lanes(problem, tolerance, trace)
+        failed = np.flatnonzero((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
+        if len(failed):
+            again = _select(problem, failed)
+            second = _room(again, constraints)
+            trace_carefully(again, options, second)
+            trace.rows[failed] = second.rows
+            trace.shapes[failed] = second.shapes
+            trace.multipliers[failed] = second.multipliers
+            trace.solves[0] += second.solves[0]
+    if problem.form == c.CLOSEST:
+        locate_events(problem, tolerance, trace)
+    return trace
+
+
+def _room(problem: Problem, constraints: int) -> Trace:
+    designs, positions = problem.positions.shape
+    return make_trace(designs, positions, mode_count(problem), constraints)
+
+
+def _select(problem: Problem, designs: Array) -> Problem:
+    """The problem of some of its designs."""
+    return problem._replace(
+        profile_of=problem.profile_of[designs],
+        ratio=problem.ratio[designs],
+        shear_stiffness=problem.shear_stiffness[designs],
+        jaw=problem.jaw[designs],
+        target=problem.target[designs],
+        positions=problem.positions[designs],
+    )
+
+
+def _subset(solved: Solved, chosen: Array) -> Solved:
+    trace = solved.trace
+    return Solved(
+        solved.designs[chosen],
+        solved.order,
+        _select(solved.problem, np.flatnonzero(chosen)),
+        Trace(
+            trace.rows[chosen], trace.shapes[chosen], trace.multipliers[chosen], trace.solves
+        ),
+    )

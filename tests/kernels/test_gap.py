@@ -1,0 +1,239 @@
+"""Every gap against brute force: distances to dense samples, difference quotients."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jaws import TARGET_Y, Pose, jaw_row, jaw_samples, target_row
+from tracing import CIRCLE, CORNER, lowered_scene
+
+from fastncm.kernels import constants as c
+from fastncm.kernels import gap
+
+FOURTH_ORDER = ((-2, 1.0 / 12.0), (-1, -2.0 / 3.0), (1, 2.0 / 3.0), (2, -1.0 / 12.0))
+"""Central difference quotient: offsets in steps, and weights."""
+
+GRADIENT = [c.GX, c.GY, c.GP]
+HESSIAN = [[c.HXX, c.HXY, c.HXP], [c.HXY, c.HYY, c.HYP], [c.HXP, c.HYP, c.HPP]]
+FEATURES = {
+    "edge": c.ON_EDGE,
+    "a": c.ON_A,
+    "b": c.ON_B,
+    "a underside": c.A_UNDERSIDE,
+    "a face": c.A_FACE,
+    "b underside": c.B_UNDERSIDE,
+    "b face": c.B_FACE,
+    "arc underside": c.ARC_UNDERSIDE,
+    "arc face": c.ARC_FACE,
+}
+JAWS = {
+    "segment": jaw_row((0.0, 0.18), (0.34, 0.03)),
+    "convex": jaw_row((0.0, 0.15), (0.33, 0.03), 0.88),
+    "concave": jaw_row((0.0, 0.15), (0.33, 0.03), -0.88),
+}
+
+poses = st.builds(
+    Pose, st.floats(0.8, 1.0), st.floats(-0.3, 0.05), st.floats(-0.6, 0.2), st.floats(0.6, 1.6)
+)
+radii = st.sampled_from([0.0, 0.05, 0.156, 0.4])
+
+
+@st.composite
+def jaws(draw: st.DrawFn) -> np.ndarray:
+    """A straight, convex or concave jaw of a snap-fit finger's proportions."""
+    a = np.array([draw(st.floats(-0.05, 0.05)), draw(st.floats(0.05, 0.2))])
+    chord, lead = draw(st.floats(0.2, 0.5)), draw(st.floats(0.1, 0.8))
+    b = a + chord * np.array([np.cos(lead), -np.sin(lead)])
+    bend = draw(st.sampled_from([0.0, 1.0, -1.0]))
+    return jaw_row(tuple(a), tuple(b), bend * draw(st.floats(0.6, 3.0)) * chord)
+
+
+def evaluate(feature: int, jaw: np.ndarray, radius: float, pose: Pose) -> np.ndarray:
+    """`gap.feature_gap` as an array (GAP_COLUMNS,)."""
+    x, y, psi, t = pose
+    return np.array(
+        gap.feature_gap(feature, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
+    )
+
+
+def closest(kind: int, jaw: np.ndarray, radius: float, pose: Pose) -> np.ndarray:
+    x, y, psi, t = pose
+    return np.array(
+        gap.closest_gap(kind, -1, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
+    )
+
+
+def radius_of_field(feature: int, jaw: np.ndarray, radius: float, pose: Pose) -> float:
+    """Distance of the target's point from where the gap has no derivatives: the corner, or the
+    centre of the arc."""
+    distance = evaluate(feature, jaw, radius, pose)[c.GAP] + radius
+    return abs(distance + jaw[0, c.RHO]) if feature == c.ON_EDGE else abs(distance)
+
+
+def differences(feature: int, jaw: np.ndarray, radius: float, pose: Pose, step: float) -> np.ndarray:
+    """Derivatives of all columns of the gap by x, y, psi and t, shape (4, GAP_COLUMNS)."""
+    quotients = np.zeros((4, c.GAP_COLUMNS))
+    for i in range(4):
+        for offset, weight in FOURTH_ORDER:
+            moved = np.array(pose)
+            moved[i] += offset * step
+            quotients[i] += weight / step * evaluate(feature, jaw, radius, Pose(*moved))
+    return quotients
+
+
+def check_derivatives(feature: int, jaw: np.ndarray, radius: float, pose: Pose) -> None:
+    reach = 1.0
+    if feature in (c.ON_A, c.ON_B) or (feature == c.ON_EDGE and jaw[0, c.RHO] != 0.0):
+        reach = min(1.0, radius_of_field(feature, jaw, radius, pose))
+    if reach < 0.01:
+        return
+    here = evaluate(feature, jaw, radius, pose)
+    quotients = differences(feature, jaw, radius, pose, 1e-3 * reach)
+    np.testing.assert_allclose(here[GRADIENT], quotients[:3, c.GAP], atol=1e-10 / reach)
+    np.testing.assert_allclose(here[HESSIAN], quotients[:3, GRADIENT], atol=1e-9 / reach**2)
+    # the gap knows only the target's place relative to the tip
+    assert -here[c.GX] == pytest.approx(quotients[3, c.GAP], abs=1e-10 / reach)
+    np.testing.assert_allclose(-here[HESSIAN[0]], quotients[3, GRADIENT], atol=1e-9 / reach**2)
+
+
+def applies(feature: int, jaw: np.ndarray) -> bool:
+    """Whether this jaw has the feature."""
+    return feature < c.ARC_UNDERSIDE or jaw[0, c.RHO] > 0.0
+
+
+@pytest.mark.parametrize("jaw", JAWS)
+@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("radius", [0.0, 0.156])
+def test_derivatives(jaw: str, feature: str, radius: float) -> None:
+    code = FEATURES[feature]
+    if applies(code, JAWS[jaw]):
+        check_derivatives(code, JAWS[jaw], radius, Pose(0.97, -0.14, -0.2, 1.23))
+        check_derivatives(code, JAWS[jaw], radius, Pose(0.99, -0.05, 0.1, 1.4))
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(jaws(), st.sampled_from(sorted(FEATURES.values())), radii, poses)
+def test_derivatives_anywhere(jaw: np.ndarray, feature: int, radius: float, pose: Pose) -> None:
+    if applies(feature, jaw):
+        check_derivatives(feature, jaw, radius, pose)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(jaws(), radii, poses)
+def test_value_and_place_of_each_feature(jaw: np.ndarray, radius: float, pose: Pose) -> None:
+    """Gap and contact point against plain geometry in space."""
+    centre = np.array([pose.t, TARGET_Y])
+    ends = pose.to_space(np.array([[jaw[0, c.AX], jaw[0, c.AY]], [jaw[0, c.BX], jaw[0, c.BY]]]))
+    for feature, end in ((c.ON_A, ends[0]), (c.ON_B, ends[1])):
+        found = evaluate(feature, jaw, radius, pose)
+        arm = end - centre
+        assert found[c.GAP] == pytest.approx(np.hypot(*arm) - radius, abs=1e-14)
+        if np.hypot(*arm) > 1e-6:
+            expected = centre + radius * arm / np.hypot(*arm)
+            np.testing.assert_allclose(found[[c.PX, c.PY]], expected, atol=1e-9)
+    for feature, end in ((c.A_UNDERSIDE, ends[0]), (c.B_UNDERSIDE, ends[1])):
+        found = evaluate(feature, jaw, radius, pose)
+        np.testing.assert_allclose(
+            found[[c.GAP, c.PX, c.PY]], [TARGET_Y - end[1], *end], atol=1e-14
+        )
+    for feature, end in ((c.A_FACE, ends[0]), (c.B_FACE, ends[1])):
+        found = evaluate(feature, jaw, radius, pose)
+        np.testing.assert_allclose(found[[c.GAP, c.PX, c.PY]], [pose.t - end[0], *end], atol=1e-14)
+    if jaw[0, c.RHO] > 0.0:
+        middle, rho = pose.to_space(jaw[:, [c.MX, c.MY]])[0], jaw[0, c.RHO]
+        top, right = middle + [0.0, rho], middle + [rho, 0.0]
+        for feature, point, value in (
+            (c.ARC_UNDERSIDE, top, TARGET_Y - top[1]),
+            (c.ARC_FACE, right, pose.t - right[0]),
+        ):
+            found = evaluate(feature, jaw, radius, pose)
+            np.testing.assert_allclose(found[[c.GAP, c.PX, c.PY]], [value, *point], atol=1e-13)
+
+
+def on_the_inside(curve: np.ndarray, point: np.ndarray) -> bool:
+    """Whether `point` (2,) lies behind the edge `curve` (n, 2), on the finger's own side."""
+    arms = point - curve
+    nearest = int(np.argmin(np.hypot(*arms.T)))
+    if nearest in (0, len(curve) - 1):
+        return False
+    along = curve[nearest + 1] - curve[nearest - 1]
+    return bool(along[0] * arms[nearest, 1] - along[1] * arms[nearest, 0] <= 0.0)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(jaws(), st.sampled_from([0.05, 0.156, 0.4]), poses)
+def test_closest_gap_to_a_circle(jaw: np.ndarray, radius: float, pose: Pose) -> None:
+    """Against 4,000 points of the jaw, wherever the centre is on the jaw's outside."""
+    curve = pose.to_space(jaw_samples(jaw, 4001))
+    arms = np.array([pose.t, TARGET_Y]) - curve
+    distances = np.hypot(*arms.T)
+    nearest = int(np.argmin(distances))
+    found = closest(c.CIRCLE, jaw, radius, pose)
+    if on_the_inside(curve, np.array([pose.t, TARGET_Y])):  # deep penetration
+        assert found[c.GAP] < -radius + 1e-6
+        return
+    if 0 < nearest < len(curve) - 1:
+        assert found[c.FEATURE] == c.ON_EDGE or distances[[0, -1]].min() < distances[nearest] + 1e-7
+    spacing = np.hypot(*(curve[1] - curve[0]))
+    coarse = min(spacing, spacing**2 / distances[nearest])
+    assert -1e-9 <= distances[nearest] - radius - found[c.GAP] <= coarse + 1e-9
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(jaws(), poses)
+def test_closest_gap_to_a_block(jaw: np.ndarray, pose: Pose) -> None:
+    """Against 4,000 points of the jaw. Separated shapes: the distance, except that the jaw's corners
+    count with the larger of their distances to the two planes. Overlapping shapes: negative."""
+    curve = pose.to_space(jaw_samples(jaw, 4001))
+    before, below = pose.t - curve[:, 0], TARGET_Y - curve[:, 1]
+    outside = np.maximum(before, below)
+    spacing = np.hypot(*(curve[1] - curve[0]))
+    found = closest(c.BLOCK, jaw, 0.0, pose)[c.GAP]
+    if outside.min() < -spacing or on_the_inside(curve, np.array([pose.t, TARGET_Y])):
+        assert found < 0.0
+    elif outside.min() > spacing:
+        distances = np.hypot(np.maximum(before, 0.0), np.maximum(below, 0.0))
+        expected = min(distances.min(), outside[0], outside[-1])
+        assert expected - spacing <= found <= expected + 1e-9
+
+
+def test_held_feature_is_not_questioned() -> None:
+    """Beyond the jaw's end the line of the edge goes on, which events rely on."""
+    jaw, pose = JAWS["segment"], Pose(1.0, 0.0, 0.0, 0.8)
+    x, y, psi, t = pose
+    held = gap.closest_gap(
+        c.CIRCLE, c.ON_EDGE, jaw, target_row(0.1), 0, t, x, y, np.cos(psi), np.sin(psi)
+    )
+    assert held[c.FEATURE] == c.ON_EDGE
+    assert closest(c.CIRCLE, jaw, 0.1, pose)[c.FEATURE] == c.ON_A
+    np.testing.assert_array_equal(held, evaluate(c.ON_EDGE, jaw, 0.1, pose))
+
+
+def test_void_feature_never_binds() -> None:
+    found = evaluate(c.VOID, JAWS["convex"], 0.0, Pose(1.0, 0.0, 0.0, 1.0))
+    assert found[c.GAP] == c.VOID_GAP
+    assert not found[1 : c.PX].any()
+
+
+def test_store_keeps_the_order_of_the_columns() -> None:
+    out = np.zeros((c.GAP_COLUMNS, 3))
+    gap.store(tuple(float(i) for i in range(12)) + (c.ON_A,), out, 1)
+    np.testing.assert_array_equal(out[:, 1], [*range(12), c.ON_A])
+    assert not out[:, [0, 2]].any()
+
+
+@pytest.mark.parametrize(
+    ("scene", "changes", "expected"),
+    [
+        (CIRCLE, {}, jaw_row((0.0, 0.0105), (0.0192, 0.0016), 0.0, 0.057)),
+        (CORNER, {}, jaw_row((0.0, 0.0085), (0.019, 0.0016), 0.05, 0.057)),
+        (CORNER, {"jaw.convex": False}, jaw_row((0.0, 0.0085), (0.019, 0.0016), -0.05, 0.057)),
+    ],
+)
+@pytest.mark.compiled
+def test_lowered_jaws(scene: str, changes: dict[str, bool], expected: np.ndarray) -> None:
+    """The tables from `lowering` are those from plain geometry in these tests."""
+    lowered = lowered_scene(scene, changes)
+    used = c.JAW_COLUMNS if expected[0, c.RHO] != 0.0 else c.MX
+    np.testing.assert_allclose(lowered.jaw[:, :used], expected[:, :used], atol=1e-14)
+    assert lowered.jaw[0, c.RHO] == pytest.approx(expected[0, c.RHO])
