@@ -163,45 +163,76 @@ def arc_faces(jaw, d, nx, ny, cos, sin):
 
 
 @inlined
+def block_feature(jaw, target, d, t, x, y, cos, sin):
+    """The feature by which a straight or convex jaw touches the block.
+
+    Both are convex, so there is one: where the block's corner lies over the edge and the edge's normal there
+    points into the block, that pair; else the point of the jaw that is foremost against a plane.
+    """
+    py, rho = target[d, c.TARGET_Y], jaw[d, c.RHO]
+    part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    if part == c.ON_EDGE:
+        nx, ny = -jaw[d, c.TAY], jaw[d, c.TAX]
+        if rho > 0.0:
+            nx = cos * (t - x) + sin * (py - y) - jaw[d, c.MX]
+            ny = cos * (py - y) - sin * (t - x) - jaw[d, c.MY]
+        wx, wy = cos * nx - sin * ny, sin * nx + cos * ny
+        if wx >= 0.0 and wy >= 0.0:
+            return c.ON_EDGE
+        if wx < 0.0:
+            return c.ARC_UNDERSIDE if arc_faces(jaw, d, 0.0, 1.0, cos, sin) else c.B_UNDERSIDE
+        return c.ARC_FACE if arc_faces(jaw, d, 1.0, 0.0, cos, sin) else c.A_FACE
+    if rho > 0.0:
+        if x + cos * jaw[d, c.MX] - sin * jaw[d, c.MY] > t:
+            if arc_faces(jaw, d, 0.0, 1.0, cos, sin):
+                return c.ARC_UNDERSIDE
+        if y + sin * jaw[d, c.MX] + cos * jaw[d, c.MY] > py:
+            if arc_faces(jaw, d, 1.0, 0.0, cos, sin):
+                return c.ARC_FACE
+    if part == c.ON_A:
+        return corner_on_block(
+            jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
+        )
+    return corner_on_block(
+        jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
+    )
+
+
+@inlined
 def closest_count(kind, jaw, d):
-    """How many constraints the closed form needs: (circle) 1, or 2 for a concave arc, whose two corners
-    may touch at once; (block) its corner, the jaw's two corners, and for a convex arc the two planes."""
-    if kind == c.CIRCLE:
-        return 2 if jaw[d, c.RHO] < 0.0 else 1
-    return 5 if jaw[d, c.RHO] > 0.0 else 3
+    """How many constraints the closed form needs: one, but for a concave arc, whose two corners may touch
+    at once: two against the circle (the nearest part and the farther corner), three against the block."""
+    if jaw[d, c.RHO] >= 0.0:
+        return 1
+    return 2 if kind == c.CIRCLE else 3
 
 
 @inlined
 def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
     """The feature of constraint `k` in the closed form at this pose (`VOID` where nothing faces)."""
     py = target[d, c.TARGET_Y]
-    if kind == c.CIRCLE:
-        part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    if kind == c.BLOCK:
+        if jaw[d, c.RHO] >= 0.0:
+            return block_feature(jaw, target, d, t, x, y, cos, sin)
         if k == 0:
-            return part
-        if part == c.ON_A:
-            return c.ON_B
-        if part == c.ON_B:
-            return c.ON_A
-        qx, qy = cos * (t - x) + sin * (py - y), cos * (py - y) - sin * (t - x)
-        to_a = (qx - jaw[d, c.AX]) ** 2 + (qy - jaw[d, c.AY]) ** 2
-        to_b = (qx - jaw[d, c.BX]) ** 2 + (qy - jaw[d, c.BY]) ** 2
-        return c.ON_A if to_a < to_b else c.ON_B
-    if k == 0:
-        part = nearest_part(jaw, d, t, py, x, y, cos, sin)
-        return part if part == c.ON_EDGE else c.VOID
-    if k == 1:
-        return corner_on_block(
-            jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
-        )
-    if k == 2:
+            part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+            return part if part == c.ON_EDGE else c.VOID
+        if k == 1:
+            return corner_on_block(
+                jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
+            )
         return corner_on_block(
             jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
         )
-    mx, my = x + cos * jaw[d, c.MX] - sin * jaw[d, c.MY], y + sin * jaw[d, c.MX] + cos * jaw[d, c.MY]
-    if k == 3:
-        return c.ARC_UNDERSIDE if mx > t and arc_faces(jaw, d, 0.0, 1.0, cos, sin) else c.VOID
-    return c.ARC_FACE if my > py and arc_faces(jaw, d, 1.0, 0.0, cos, sin) else c.VOID
+    part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    if k == 0:
+        return part
+    if part != c.ON_EDGE:
+        return c.ON_B if part == c.ON_A else c.ON_A
+    qx, qy = cos * (t - x) + sin * (py - y), cos * (py - y) - sin * (t - x)
+    to_a = (qx - jaw[d, c.AX]) ** 2 + (qy - jaw[d, c.AY]) ** 2
+    to_b = (qx - jaw[d, c.BX]) ** 2 + (qy - jaw[d, c.BY]) ** 2
+    return c.ON_A if to_a < to_b else c.ON_B
 
 
 @inlined

@@ -21,38 +21,52 @@ def constraint_count(form, points, kind, jaw, d):
     if form == c.CLOSEST:
         return gap.closest_count(kind, jaw, d)
     if form == c.POINTS_ON_FINGER:
-        return points + 1 if kind == c.BLOCK else points
-    return points + 2
+        return points + gap.closest_count(kind, jaw, d) if kind == c.BLOCK else points
+    return points + (2 if kind == c.CIRCLE else gap.closest_count(kind, jaw, d))
 
 
 @inlined
 def jaw_point(jaw, d, fraction):
-    """The point of the jaw's edge at `fraction` of its length from a to b, in the jaw's frame."""
+    """The point of the jaw's edge at `fraction` of its length from a to b, and the outward normal there, in
+    the jaw's frame: ``(x, y, nx, ny)``."""
     rho = jaw[d, c.RHO]
     if rho == 0.0:
         x = jaw[d, c.AX] + fraction * (jaw[d, c.BX] - jaw[d, c.AX])
-        return x, jaw[d, c.AY] + fraction * (jaw[d, c.BY] - jaw[d, c.AY])
+        y = jaw[d, c.AY] + fraction * (jaw[d, c.BY] - jaw[d, c.AY])
+        return x, y, -jaw[d, c.TAY], jaw[d, c.TAX]
     start = np.arctan2(jaw[d, c.AY] - jaw[d, c.MY], jaw[d, c.AX] - jaw[d, c.MX])
     cross = jaw[d, c.TAX] * jaw[d, c.TBY] - jaw[d, c.TAY] * jaw[d, c.TBX]
     along = jaw[d, c.TAX] * jaw[d, c.TBX] + jaw[d, c.TAY] * jaw[d, c.TBY]
     angle = start + fraction * np.arctan2(cross, along)
-    return jaw[d, c.MX] + abs(rho) * np.cos(angle), jaw[d, c.MY] + abs(rho) * np.sin(angle)
+    ex, ey = np.cos(angle), np.sin(angle)
+    sign = 1.0 if rho > 0.0 else -1.0
+    return jaw[d, c.MX] + abs(rho) * ex, jaw[d, c.MY] + abs(rho) * ey, sign * ex, sign * ey
 
 
 @inlined
 def jaw_point_gap(kind, fraction, jaw, target, d, t, x, y, cos, sin):
-    """Gap of one point of the jaw against the target (10a)."""
-    qx, qy = jaw_point(jaw, d, fraction)
+    """Gap of one point of the jaw against the target (10a).
+
+    Against the block the gap is the largest of three: to its face, to its underside, and of its corner to
+    the jaw's tangent at the point. Without the last, a point that has not passed the corner yet would hook
+    behind the face although the jaw's edge slides over the corner.
+    """
+    qx, qy, nx, ny = jaw_point(jaw, d, fraction)
     py, radius = target[d, c.TARGET_Y], target[d, c.TARGET_RADIUS]
-    if kind == c.BLOCK:
-        before = t - (x + cos * qx - sin * qy)
-        below = py - (y + sin * qx + cos * qy)
-        if before <= 0.0 or below <= 0.0:
-            nx, ny = (-1.0, 0.0) if before > below else (0.0, -1.0)
-            return gap.plane_gap(qx, qy, 0.0, nx, ny, t, py, x, y, cos, sin, c.ON_EDGE)
-    return gap.target_point_gap(
-        qx, qy, 0.0, 0.0, 0.0, t, py, radius, x, y, cos, sin, c.ON_EDGE
-    )
+    if kind == c.CIRCLE:
+        return gap.target_point_gap(
+            qx, qy, 0.0, 0.0, 0.0, t, py, radius, x, y, cos, sin, c.ON_EDGE
+        )
+    before = t - (x + cos * qx - sin * qy)
+    below = py - (y + sin * qx + cos * qy)
+    wx, wy = cos * nx - sin * ny, sin * nx + cos * ny
+    plane = max(before, below)
+    if wx >= 0.0 and wy >= 0.0 and (plane <= 0.0 or wx * before + wy * below >= plane):
+        return gap.target_point_gap(
+            qx, qy, 0.0, nx, ny, t, py, 0.0, x, y, cos, sin, c.ON_EDGE
+        )
+    nx, ny = (-1.0, 0.0) if before > below else (0.0, -1.0)
+    return gap.plane_gap(qx, qy, 0.0, nx, ny, t, py, x, y, cos, sin, c.ON_EDGE)
 
 
 @inlined
@@ -80,12 +94,8 @@ def constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin):
         return gap.jaw_gap(jaw, d, part, px, py, 0.0, x, y, cos, sin)
     if form == c.POINTS_ON_TARGET and kind == c.CIRCLE:
         feature = c.ON_A if k == points else c.ON_B
-    else:
-        of_closest = k
-        if form == c.POINTS_ON_FINGER:
-            of_closest = 0  # the block's corner on the jaw's edge
-        elif form == c.POINTS_ON_TARGET:
-            of_closest = k - points + 1  # the jaw's corners on the block
+    else:  # the sharp corners' own constraints are those of the closed form
+        of_closest = k if form == c.CLOSEST else k - points
         feature = gap.closest_feature(kind, of_closest, jaw, target, d, t, x, y, cos, sin)
     return gap.feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
 

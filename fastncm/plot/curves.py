@@ -20,7 +20,7 @@ from fastncm.plot.style import (
 
 def draw_curve(ax: Axes, curve: Curve, colour: object = "black", name: str | None = None) -> None:
     """One force curve, with its located peak as a point of the line."""
-    position, force = line_through_peak(curve)
+    position, force = line_through_events(curve)
     ax.plot(shown("position", position), force, color=colour, label=name, linewidth=1.4)
     if np.isfinite(curve.peak.position):
         ax.plot(
@@ -32,16 +32,16 @@ def draw_curve(ax: Axes, curve: Curve, colour: object = "black", name: str | Non
         )
 
 
-def line_through_peak(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """Positions in m and insertion forces in N of the samples and the peak, along the path.
+def line_through_events(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
+    """Positions in m and insertion forces in N along the path: samples, peak and located events.
 
-    The peak is a kink that a grid of positions misses.
+    The peak is a kink, and the force may jump: a grid of positions misses both.
     """
-    frame = curve.frame()
-    position = np.append(frame["position"].to_numpy(), curve.peak.position)
-    force = np.append(frame["insertion_force_N"].to_numpy(), curve.peak.insertion_force_N)
-    order = np.argsort(-position)
-    return position[order], force[order]
+    names = ["position", "insertion_force_N"]
+    samples, events = curve.frame()[names].to_numpy(), curve.events()[names].to_numpy()
+    points = np.concatenate([samples, [curve.peak], events])
+    position, force = points[np.argsort(-points[:, 0], kind="stable")].T
+    return position, force
 
 
 def curves_figure(curves: Mapping[str, Curve], varied: str, held: str) -> Figure:

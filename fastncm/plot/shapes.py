@@ -74,7 +74,8 @@ def draw_shape(ax: Axes, curve: Curve, row: int, force_scale: float) -> None:
             arrowprops={"arrowstyle": "-|>", "color": MARK, "linewidth": 1.2, "shrinkA": 0},
         )
     at = f"target at {shown('position', result['position']):.2f} mm"
-    subtitle(ax, f"{at}, insertion force {result['insertion_force_N']:.3f} N")
+    force_N = round(result["insertion_force_N"], 3) + 0.0  # no -0.000
+    subtitle(ax, f"{at}, insertion force {force_N:.3f} N")
 
 
 def _window(curve: Curve, rows: Sequence[int]) -> tuple[tuple[float, float], tuple[float, float]]:

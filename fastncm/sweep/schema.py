@@ -8,17 +8,19 @@ from importlib.metadata import version
 import numpy as np
 import pyarrow as pa
 
+from fastncm import __version__
 from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.scene import unit_of
 from fastncm.sweep.study import TEXT_COLUMNS, Study
 
 WHOLE_COLUMNS = ("positions", "iterations", "contacts")
-PACKAGES = ("fastncm", "numba", "numpy", "pyarrow", "joblib")
+PACKAGES = ("numba", "numpy", "pyarrow", "joblib")
 
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a result may depend on."""
-    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+    own = {"fastncm": __version__, "python": platform.python_version()}
+    return own | {name: version(name) for name in PACKAGES}
 
 
 def metadata(study: Study) -> dict[str, str]:

@@ -1,0 +1,62 @@
+"""The error estimate of the contact force against the true error, with order 24 as the truth."""
+
+import numpy as np
+import pytest
+from tracing import CIRCLE, CORNER, Solved, solved_path
+
+from fastncm.path import rows
+
+pytestmark = pytest.mark.compiled
+
+ORDERS = range(2, 11)
+TRUTH = 24
+NEGLIGIBLE = 1e-12
+"""Errors below this are rounding."""
+
+VARIANTS = {
+    "plain": {},
+    "tapered": {"finger.thickness": [0.0032, 0.0016]},
+    "shear": {"model.shear": True},
+    "tapered with shear": {"finger.thickness": [0.0032, 0.0016], "model.shear": True},
+}
+
+
+def touching(solved: Solved) -> np.ndarray:
+    """Rows (n, rows.COLUMNS) of all converged positions and of the events with a force."""
+    found = np.vstack([solved.trace.rows[0, : len(solved.force)][solved.converged], solved.events()])
+    return found[found[:, rows.FORCE] > 0.0]
+
+
+@pytest.mark.parametrize("scene", [CIRCLE, CORNER])
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("order", ORDERS)
+def test_between_once_and_twenty_times_the_true_error(
+    scene: str, variant: str, order: int
+) -> None:
+    truth = solved_path(scene, TRUTH, VARIANTS[variant])
+    solved = solved_path(scene, order, VARIANTS[variant])
+    assert solved.converged[1:].all()
+    assert truth.converged[1:].all()
+    # events move with the order: only positions can be compared
+    error = np.abs(solved.force[1:] / truth.force[1:] - 1.0)
+    estimate = solved.estimate[1:]
+    counts = error > NEGLIGIBLE
+    ratio = estimate[counts] / error[counts]
+    assert ratio.min(initial=1.0) >= 1.0
+    assert ratio.max(initial=1.0) <= 20.0
+    assert estimate[~counts].max(initial=0.0) < 1e-10
+
+
+@pytest.mark.parametrize("scene", [CIRCLE, CORNER])
+def test_estimate_falls_to_rounding(scene: str) -> None:
+    assert touching(solved_path(scene, 12))[:, rows.ESTIMATE].max() < 1e-12
+
+
+@pytest.mark.parametrize("scene", [CIRCLE, CORNER])
+def test_events_have_estimates_like_their_neighbours(scene: str) -> None:
+    solved = solved_path(scene, 4)
+    for event in solved.events():
+        if event[rows.FORCE] > 0.0:
+            i = int(event[rows.INTERVAL])
+            around = solved.estimate[max(i - 2, 0) : i + 4]
+            assert 0.5 * around.min() < event[rows.ESTIMATE] < 2.0 * around.max()
