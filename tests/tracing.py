@@ -87,7 +87,7 @@ def solved_path(
 
 
 def solved_force(scene: str, order: int) -> np.ndarray:
-    """Dimensionless contact forces along the scene's own path, without its first row (the touch)."""
+    """Dimensionless contact forces along the scene's own path without its first row, the touch."""
     solved = solved_path(scene, order)
     assert solved.converged[1:].all()
     return solved.force[1:]

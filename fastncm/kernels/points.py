@@ -49,7 +49,8 @@ def jaw_point_gap(kind, fraction, jaw, target, d, t, x, y, cos, sin):
 
     Against the block the gap is the largest of three: to its face, to its underside, and of its corner to
     the jaw's tangent at the point. Without the last, a point that has not passed the corner yet would hook
-    behind the face although the jaw's edge slides over the corner.
+    behind the face although the jaw's edge slides over the corner. (It does not count once the corner has
+    left the edge.)
     """
     qx, qy, nx, ny = jaw_point(jaw, d, fraction)
     py, radius = target[d, c.TARGET_Y], target[d, c.TARGET_RADIUS]
@@ -61,7 +62,8 @@ def jaw_point_gap(kind, fraction, jaw, target, d, t, x, y, cos, sin):
     below = py - (y + sin * qx + cos * qy)
     wx, wy = cos * nx - sin * ny, sin * nx + cos * ny
     plane = max(before, below)
-    if wx >= 0.0 and wy >= 0.0 and (plane <= 0.0 or wx * before + wy * below >= plane):
+    over_edge = gap.nearest_part(jaw, d, t, py, x, y, cos, sin) == c.ON_EDGE
+    if over_edge and wx >= 0.0 and wy >= 0.0 and (plane <= 0.0 or wx * before + wy * below >= plane):
         return gap.target_point_gap(
             qx, qy, 0.0, nx, ny, t, py, 0.0, x, y, cos, sin, c.ON_EDGE
         )

@@ -10,9 +10,13 @@ modes first, then shear modes where the scene has shear. In units of the finger'
 All arrays carry the lane as their last axis; every inner loop runs over the lanes.
 """
 
-from fastncm.kernels.cache import kernel
+from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.trig import sincos
+
+# Sizes that LLVM knows at compile time: the length of a tuple is part of its type. With them the sums over
+# modes and nodes are unrolled and stay in registers: gradient 35 -> 7 ns, Hessian 77 -> 32 ns per design.
+_4, _5, _7, _8 = (0,) * 4, (0,) * 5, (0,) * 7, (0,) * 8
 
 
 @kernel
@@ -52,16 +56,34 @@ def pose_gradient(slope, weights, sin, cos, gradient):
     gradient: (2, m, LANES), overwritten: d(x, y)/du_k. (That of the angle is the constant `end`.)
     """
     modes, points = slope.shape[0], slope.shape[1]
-    for k in range(modes):
-        for lane in range(LANES):
-            gradient[0, k, lane] = 0.0
-            gradient[1, k, lane] = 0.0
-        for q in range(points):
-            weight = weights[q]
+    if modes == 4 and points == 7:
+        _pose_gradient(slope, weights, sin, cos, gradient, _4, _7)
+    elif modes == 5 and points == 8:
+        _pose_gradient(slope, weights, sin, cos, gradient, _5, _8)
+    else:
+        for k in range(modes):
             for lane in range(LANES):
-                moved = weight * slope[k, q, lane]
-                gradient[0, k, lane] -= moved * sin[q, lane]
-                gradient[1, k, lane] += moved * cos[q, lane]
+                gradient[0, k, lane] = 0.0
+                gradient[1, k, lane] = 0.0
+            for q in range(points):
+                weight = weights[q]
+                for lane in range(LANES):
+                    moved = weight * slope[k, q, lane]
+                    gradient[0, k, lane] -= moved * sin[q, lane]
+                    gradient[1, k, lane] += moved * cos[q, lane]
+
+
+@inner
+def _pose_gradient(slope, weights, sin, cos, gradient, modes, points):
+    for k in range(len(modes)):
+        for lane in range(LANES):
+            x, y = 0.0, 0.0
+            for q in range(len(points)):
+                moved = weights[q] * slope[k, q, lane]
+                x -= moved * sin[q, lane]
+                y += moved * cos[q, lane]
+            gradient[0, k, lane] = x
+            gradient[1, k, lane] = y
 
 
 @kernel
@@ -71,16 +93,31 @@ def add_position_hessian(slope, weights, sin, cos, fx, fy, work, hessian):
     fx, fy: (LANES,); work: (Q, LANES), overwritten; hessian: (m, m, LANES), lower triangle changed.
     """
     modes, points = slope.shape[0], slope.shape[1]
-    for k in range(modes):
-        for q in range(points):
-            weight = weights[q]
-            for lane in range(LANES):
-                axial = fx[lane] * cos[q, lane] + fy[lane] * sin[q, lane]
-                work[q, lane] = weight * axial * slope[k, q, lane]
+    for q in range(points):
+        weight = weights[q]
+        for lane in range(LANES):
+            work[q, lane] = weight * (fx[lane] * cos[q, lane] + fy[lane] * sin[q, lane])
+    if modes == 4 and points == 7:
+        _add_outer_products(slope, work, hessian, _4, _7)
+    elif modes == 5 and points == 8:
+        _add_outer_products(slope, work, hessian, _5, _8)
+    else:
+        for k in range(modes):
+            for j in range(k + 1):
+                for q in range(points):
+                    for lane in range(LANES):
+                        hessian[k, j, lane] += work[q, lane] * slope[k, q, lane] * slope[j, q, lane]
+
+
+@inner
+def _add_outer_products(slope, work, hessian, modes, points):
+    for k in range(len(modes)):
         for j in range(k + 1):
-            for q in range(points):
-                for lane in range(LANES):
-                    hessian[k, j, lane] += work[q, lane] * slope[j, q, lane]
+            for lane in range(LANES):
+                total = 0.0
+                for q in range(len(points)):
+                    total += work[q, lane] * slope[k, q, lane] * slope[j, q, lane]
+                hessian[k, j, lane] += total
 
 
 @kernel

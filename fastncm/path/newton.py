@@ -9,7 +9,7 @@ converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`
 
 from fastncm.kernels import cholesky, rod
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap, store
 from fastncm.kernels.trig import sincos
@@ -73,6 +73,21 @@ def evaluate(problem, lanes):
         lanes.residual[lane] = max(stationarity, contact)
 
 
+@inlined
+def _pull(lanes, by_x, by_y, by_psi, x, y, end, row, k):
+    """One component of lambda d(grad g) for unknown `k`.
+
+    One array is written per loop over the lanes: with more, LLVM would have to check more pairs of arrays
+    for overlap than it is ready to, and would not vectorise.
+    """
+    for lane in range(LANES):
+        lanes.pull[row, k, lane] = lanes.force[lane] * (
+            lanes.gap[by_x, lane] * x[k, lane]
+            + lanes.gap[by_y, lane] * y[k, lane]
+            + lanes.gap[by_psi, lane] * end[k, lane]
+        )
+
+
 @inner
 def factorise(problem, lanes):
     """Factor of the Lagrangian's Hessian; ``A`` and ``H^-1 A`` of the working constraint.
@@ -83,22 +98,9 @@ def factorise(problem, lanes):
     gap, end = lanes.gap, lanes.basis.end
     x, y = lanes.gradient[0], lanes.gradient[1]
     for k in range(modes):
-        for lane in range(LANES):
-            lanes.pull[0, k, lane] = lanes.force[lane] * (
-                gap[c.HXX, lane] * x[k, lane]
-                + gap[c.HXY, lane] * y[k, lane]
-                + gap[c.HXP, lane] * end[k, lane]
-            )
-            lanes.pull[1, k, lane] = lanes.force[lane] * (
-                gap[c.HXY, lane] * x[k, lane]
-                + gap[c.HYY, lane] * y[k, lane]
-                + gap[c.HYP, lane] * end[k, lane]
-            )
-            lanes.pull[2, k, lane] = lanes.force[lane] * (
-                gap[c.HXP, lane] * x[k, lane]
-                + gap[c.HYP, lane] * y[k, lane]
-                + gap[c.HPP, lane] * end[k, lane]
-            )
+        _pull(lanes, c.HXX, c.HXY, c.HXP, x, y, end, 0, k)
+        _pull(lanes, c.HXY, c.HYY, c.HYP, x, y, end, 1, k)
+        _pull(lanes, c.HXP, c.HYP, c.HPP, x, y, end, 2, k)
         for j in range(k + 1):
             unit = 1.0 if j == k else 0.0
             for lane in range(LANES):

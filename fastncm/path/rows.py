@@ -18,7 +18,7 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
 
 # --- columns of a row ----------------------------------------------------------------------------
@@ -89,6 +89,12 @@ def make_measuring(points):
     )
 
 
+@inlined
+def _copy(values, out, column):
+    for lane in range(LANES):
+        out[column, lane] = values[lane]
+
+
 @inner
 def measure(problem, lanes, at):
     """Fill the rows of all active lanes from their converged state; `lanes` must come from `correct`.
@@ -96,22 +102,21 @@ def measure(problem, lanes, at):
     ``at.row`` is overwritten except for KIND and INTERVAL, which stay zero.
     """
     gap, out = lanes.gap, at.row
-    for lane in range(LANES):
-        out[POSITION, lane] = lanes.t[lane]
-        out[FORCE, lane] = lanes.force[lane]
-        out[FORCE_RATE, lane] = lanes.force_rate[lane]
-        out[NORMAL_X, lane] = gap[c.GX, lane]
-        out[NORMAL_Y, lane] = gap[c.GY, lane]
-        out[CONTACT_X, lane] = gap[c.PX, lane]
-        out[CONTACT_Y, lane] = gap[c.PY, lane]
-        out[TIP_X, lane] = lanes.pose[0, lane]
-        out[TIP_Y, lane] = lanes.pose[1, lane]
-        out[TIP_ANGLE, lane] = lanes.pose[2, lane]
-        out[ENERGY, lane] = 0.0
-        out[RESIDUAL, lane] = lanes.residual[lane]
-        out[ITERATIONS, lane] = lanes.iterations[lane]
-        out[FEATURE, lane] = gap[c.FEATURE, lane]
-        out[CONTACTS, lane] = 1.0
+    _copy(lanes.t, out, POSITION)
+    _copy(lanes.force, out, FORCE)
+    _copy(lanes.force_rate, out, FORCE_RATE)
+    _copy(gap[c.GX], out, NORMAL_X)
+    _copy(gap[c.GY], out, NORMAL_Y)
+    _copy(gap[c.PX], out, CONTACT_X)
+    _copy(gap[c.PY], out, CONTACT_Y)
+    _copy(lanes.pose[0], out, TIP_X)
+    _copy(lanes.pose[1], out, TIP_Y)
+    _copy(lanes.pose[2], out, TIP_ANGLE)
+    _copy(lanes.residual, out, RESIDUAL)
+    _copy(lanes.iterations, out, ITERATIONS)
+    _copy(gap[c.FEATURE], out, FEATURE)
+    out[CONTACTS] = 1.0
+    out[ENERGY] = 0.0
     for k in range(lanes.u.shape[0]):
         for lane in range(LANES):
             out[ENERGY, lane] += 0.5 * lanes.u[k, lane] * lanes.u[k, lane]
@@ -126,13 +131,15 @@ def _strain(problem, lanes, at):
     gap, x, y, strain = lanes.gap, at.x, at.y, at.row[STRAIN]
     rod.node_positions(problem.rule.integral, lanes.sin, lanes.cos, x, y)
     for lane in range(LANES):
-        fx = lanes.force[lane] * gap[c.GX, lane]
-        fy = lanes.force[lane] * gap[c.GY, lane]
-        lanes.fx[lane], lanes.fy[lane] = fx, fy
-        at_clamp = gap[c.PX, lane] * fy - gap[c.PY, lane] * fx
+        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane]
+    for lane in range(LANES):
+        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane]
+    for lane in range(LANES):
+        strain[lane] = abs(gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane])
+    for lane in range(LANES):
         arm_x, arm_y = gap[c.PX, lane] - lanes.pose[0, lane], gap[c.PY, lane] - lanes.pose[1, lane]
-        at_tip = (arm_x * fy - arm_y * fx) / (lanes.basis.ratio[lane] * lanes.basis.ratio[lane])
-        strain[lane] = max(abs(at_clamp), abs(at_tip))
+        moment = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
+        strain[lane] = max(strain[lane], moment / lanes.basis.ratio[lane] ** 2)
     for q in range(x.shape[0]):
         for lane in range(LANES):
             arm_x, arm_y = gap[c.PX, lane] - x[q, lane], gap[c.PY, lane] - y[q, lane]
@@ -159,33 +166,44 @@ def _estimate(problem, lanes, at):
                 turn[q, lane] += lanes.across[k, lane] * basis.slope[k, q, lane]
     for k in range(modes):
         for lane in range(LANES):
-            z = lanes.across[k, lane]
-            px[lane] += lanes.gradient[0, k, lane] * z
-            py[lane] += lanes.gradient[1, k, lane] * z
-            pp[lane] += basis.end[k, lane] * z
+            px[lane] += lanes.gradient[0, k, lane] * lanes.across[k, lane]
+        for lane in range(LANES):
+            py[lane] += lanes.gradient[1, k, lane] * lanes.across[k, lane]
+        for lane in range(LANES):
+            pp[lane] += basis.end[k, lane] * lanes.across[k, lane]
     # the same three turned into the change of the force's direction, lambda d(grad g)
     for lane in range(LANES):
         x, y, p, force = px[lane], py[lane], pp[lane], lanes.force[lane]
         px[lane] = force * (gap[c.HXX, lane] * x + gap[c.HXY, lane] * y + gap[c.HXP, lane] * p)
         py[lane] = force * (gap[c.HXY, lane] * x + gap[c.HYY, lane] * y + gap[c.HYP, lane] * p)
         pp[lane] = force * (gap[c.HXP, lane] * x + gap[c.HYP, lane] * y + gap[c.HPP, lane] * p)
+    # per node: the work of a turn against the unit force, and the change of lambda times it with z
+    for q in range(points):
+        weight = weights[q]
+        for lane in range(LANES):
+            sin, cos = lanes.sin[q, lane], lanes.cos[q, lane]
+            axial = gap[c.GX, lane] * cos + gap[c.GY, lane] * sin
+            turn[q, lane] = weight * (
+                py[lane] * cos - px[lane] * sin - lanes.force[lane] * axial * turn[q, lane]
+            )
+        for lane in range(LANES):
+            lanes.work[q, lane] = weight * (
+                gap[c.GY, lane] * lanes.cos[q, lane] - gap[c.GX, lane] * lanes.sin[q, lane]
+            )
     for j in range(basis.beyond.shape[0]):
         for lane in range(LANES):
             lanes.fx[lane] = gap[c.GP, lane] * basis.beyond_end[j, lane]  # A_l
+        for lane in range(LANES):
             lanes.fy[lane] = pp[lane] * basis.beyond_end[j, lane]  # - (K z)_l
         for q in range(points):
-            weight = weights[q]
             for lane in range(LANES):
-                sin, cos = lanes.sin[q, lane], lanes.cos[q, lane]
-                moved = weight * basis.beyond[j, q, lane]
-                axial = gap[c.GX, lane] * cos + gap[c.GY, lane] * sin
-                lanes.fx[lane] += moved * (gap[c.GY, lane] * cos - gap[c.GX, lane] * sin)
-                lanes.fy[lane] += moved * (
-                    py[lane] * cos - px[lane] * sin - lanes.force[lane] * axial * turn[q, lane]
-                )
+                lanes.fx[lane] += lanes.work[q, lane] * basis.beyond[j, q, lane]
+            for lane in range(LANES):
+                lanes.fy[lane] += turn[q, lane] * basis.beyond[j, q, lane]
+        for lane in range(LANES):
+            total[lane] += lanes.fx[lane] * (lanes.fx[lane] + lanes.fy[lane])
         for lane in range(LANES):
             term = lanes.fx[lane] * (lanes.fx[lane] + lanes.fy[lane])
-            total[lane] += term
             size[lane] += abs(term) + lanes.fx[lane] * lanes.fx[lane]
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]

@@ -62,6 +62,8 @@ def begin_block(problem, first, lanes):
 def begin_position(problem, i, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
+    An overlap within rounding (a path that starts at first touch) is no contact yet.
+
     A position is approached from the last one solved, or, from the undeformed shape, from the place of
     first touch (for the first position: of a target that comes from beyond the tip). start: (LANES,), moves:
     (LANES,) int64, overwritten: from where, and in how many moves. Returns the most moves.
@@ -74,7 +76,7 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
         if d < 0:
             continue
         t = problem.positions[d, i]
-        if undeformed_gap(problem, d, t) >= 0.0:
+        if undeformed_gap(problem, d, t) >= -c.GAP_ROUNDING:
             forget(walk, lane, t)
             row = trace.rows[d, i]
             row[rows.POSITION] = t

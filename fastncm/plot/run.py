@@ -16,7 +16,7 @@ from fastncm.sweep.folder import read_manifest
 from fastncm.sweep.read import load
 from fastncm.sweep.study import Study
 
-CURVES = 5
+CURVES = 6
 """Force curves in one picture at most."""
 SNAPSHOTS = 4
 

@@ -11,6 +11,9 @@ RATIOS = (1.0, 0.5, 1e-3)
 ORDERS = (2, 3, 5, 8, 16, 32)
 
 
+FINE = basis.quadrature(60)
+
+
 def tables(ratio: float, order: int, shear: bool = True) -> basis.Profile:
     """The profile of one taper, without the leading axis."""
     return basis.Profile(*(table[0] for table in basis.profiles([ratio], order, shear)))
@@ -20,62 +23,77 @@ def rule(order: int) -> basis.Quadrature:
     return basis.quadrature(basis.quadrature_points(order))
 
 
-def running_integral(values: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Integrals from 0 of the polynomials with `values` (n, Q) at the nodes: at the nodes, and at 1."""
-    nodes, weights, _ = rule(order)
-    x = 2.0 * nodes - 1.0
-    degrees = np.arange(order)
-    coefficients = (2 * degrees[:, None] + 1) * (legendre.legvander(x, order - 1).T * weights)
-    integrals = legendre.legint(coefficients @ values.T, lbnd=-1.0) / 2.0
-    return legendre.legval(x, integrals), legendre.legval(1.0, integrals)
+def polynomials(ratio: float, power: int, order: int, s: np.ndarray) -> np.ndarray:
+    """Values (order, R) at `s` of the polynomials orthonormal with the weight thickness**power."""
+    recurrence, values = np.empty((order, 2)), np.empty((len(s), order))
+    thickness = 1.0 + (ratio - 1.0) * FINE.nodes
+    basis.stieltjes(FINE.nodes, FINE.weights * thickness**power, recurrence)
+    for row, place in zip(values, s, strict=True):
+        basis.evaluate(recurrence, place, row)
+    return values.T
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("order", ORDERS)
-def test_orthonormal_in_the_energy(ratio: float, order: int) -> None:
-    table, weights = tables(ratio, order), rule(order).weights
-    bending = (table.curvature * weights * table.stiffness) @ table.curvature.T
-    shear = (table.shear * weights * table.area) @ table.shear.T
-    np.testing.assert_allclose(bending, np.eye(order), atol=1e-12)
-    np.testing.assert_allclose(shear, np.eye(order), atol=1e-12)
-
-
-@pytest.mark.parametrize("ratio", RATIOS)
-def test_stiffness_and_area_of_a_linear_taper(ratio: float) -> None:
-    table, nodes = tables(ratio, 4), rule(4).nodes
+@pytest.mark.parametrize("power", [1, 3])
+def test_orthonormal_in_the_weight(ratio: float, order: int, power: int) -> None:
+    """Under a rule that is not the one of the recurrence."""
+    nodes, weights, _ = basis.quadrature(45)
+    values = polynomials(ratio, power, order, nodes)
     thickness = 1.0 + (ratio - 1.0) * nodes
-    np.testing.assert_allclose(table.area, thickness, rtol=1e-14)
-    np.testing.assert_allclose(table.stiffness, thickness**3, rtol=1e-14)
+    products = (values * weights * thickness**power) @ values.T
+    np.testing.assert_allclose(products, np.eye(order), atol=1e-12)
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("order", ORDERS)
 def test_slope_is_the_integral_of_the_curvature(ratio: float, order: int) -> None:
+    table, nodes = tables(ratio, order), rule(order).nodes
+    modes = order + basis.BEYOND
+    for q in range(0, len(nodes), 4):
+        curvature = polynomials(ratio, 3, modes, nodes[q] * FINE.nodes)
+        expected = nodes[q] * curvature @ FINE.weights
+        size = np.abs(curvature).max()
+        np.testing.assert_allclose(table.slope[:, q], expected, atol=1e-13 * size)
+    np.testing.assert_allclose(table.shear, polynomials(ratio, 1, modes, nodes), atol=1e-11)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("order", ORDERS)
+def test_angles_are_integrals_from_the_clamp(ratio: float, order: int) -> None:
+    """Zero at the clamp, `end` at the tip."""
+    modes = order + basis.BEYOND
+    angles, shear = basis.fields(ratio, modes, True, np.array([0.0, 1.0]))
     table = tables(ratio, order)
-    slope, end = running_integral(table.curvature, order)
-    size = np.abs(table.curvature).max()
-    np.testing.assert_allclose(table.slope, slope, atol=1e-13 * size)
-    np.testing.assert_allclose(table.end, end, atol=1e-13 * size)
+    np.testing.assert_allclose(angles[:, 0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(table.end, angles[:, 1], rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(table.shear_end, shear[:, 1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("order", ORDERS)
+def test_tables_at_the_gauss_points(ratio: float, order: int) -> None:
+    table, nodes = tables(ratio, order), rule(order).nodes
+    modes = order + basis.BEYOND
+    assert table.slope.shape == table.shear.shape == (modes, len(nodes))
+    angles, shear = basis.fields(ratio, modes, True, nodes)
+    np.testing.assert_allclose(table.slope, angles, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(table.shear, shear, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(table.area, 1.0 + (ratio - 1.0) * nodes, rtol=1e-13)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_uniform_finger_has_legendre_polynomials(order: int) -> None:
-    table, nodes = tables(1.0, order), rule(order).nodes
-    scale = np.sqrt(2.0 * np.arange(order) + 1.0)
-    exact = scale * legendre.legvander(2.0 * nodes - 1.0, order - 1)
-    np.testing.assert_allclose(table.curvature, exact.T, atol=1e-12)
-    np.testing.assert_allclose(table.shear, exact.T, atol=1e-12)
+    modes = order + basis.BEYOND
+    table, x = tables(1.0, order), 2.0 * rule(order).nodes - 1.0
+    scale = np.sqrt(2.0 * np.arange(modes) + 1.0)
+    np.testing.assert_allclose(
+        table.shear, (scale * legendre.legvander(x, modes - 1)).T, atol=1e-12
+    )
+    integrals = legendre.legint(np.diag(scale), lbnd=-1.0) / 2.0
+    np.testing.assert_allclose(table.slope, legendre.legval(x, integrals), atol=1e-12)
     np.testing.assert_allclose(table.shear_end, scale, rtol=1e-12)
-    np.testing.assert_allclose(table.end, np.eye(order)[0], atol=1e-14)
-
-
-@pytest.mark.parametrize("ratio", RATIOS)
-def test_shear_functions_at_the_tip(ratio: float) -> None:
-    """The tip is outside the Gauss points: extrapolate the polynomial through them."""
-    order = 5
-    table, nodes = tables(ratio, order), rule(order).nodes
-    fit = np.linalg.lstsq(legendre.legvander(2 * nodes - 1, order - 1), table.shear.T, rcond=None)
-    np.testing.assert_allclose(table.shear_end, fit[0].sum(axis=0), rtol=1e-11)
+    np.testing.assert_allclose(table.end, np.eye(modes)[0], atol=1e-14)
 
 
 def test_without_shear_there_are_no_shear_tables() -> None:

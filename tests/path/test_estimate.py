@@ -23,23 +23,25 @@ VARIANTS = {
 
 def touching(solved: Solved) -> np.ndarray:
     """Rows (n, rows.COLUMNS) of all converged positions and of the events with a force."""
-    found = np.vstack([solved.trace.rows[0, : len(solved.force)][solved.converged], solved.events()])
+    found = np.vstack(
+        [solved.trace.rows[0, : len(solved.force)][solved.converged], solved.events()]
+    )
     return found[found[:, rows.FORCE] > 0.0]
 
 
 @pytest.mark.parametrize("scene", [CIRCLE, CORNER])
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("order", ORDERS)
-def test_between_once_and_twenty_times_the_true_error(
-    scene: str, variant: str, order: int
-) -> None:
+def test_between_once_and_twenty_times_the_true_error(scene: str, variant: str, order: int) -> None:
     truth = solved_path(scene, TRUTH, VARIANTS[variant])
     solved = solved_path(scene, order, VARIANTS[variant])
     assert solved.converged[1:].all()
     assert truth.converged[1:].all()
-    # events move with the order: only positions can be compared
-    error = np.abs(solved.force[1:] / truth.force[1:] - 1.0)
-    estimate = solved.estimate[1:]
+    # events move with the order, and a position between two places of an event has two contacts
+    same = solved.feature[1:] == truth.feature[1:]
+    assert (~same).sum() <= (1 if "tapered" in variant and order == 2 else 0)
+    error = np.abs(solved.force[1:] / truth.force[1:] - 1.0)[same]
+    estimate = solved.estimate[1:][same]
     counts = error > NEGLIGIBLE
     ratio = estimate[counts] / error[counts]
     assert ratio.min(initial=1.0) >= 1.0

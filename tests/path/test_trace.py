@@ -1,17 +1,20 @@
-"""Paths on the shipped scenes against shooting: forces, events, convergence, any order of positions."""
+"""Paths on the shipped scenes against shooting: forces, events, convergence, order of positions."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import shooting
-from tracing import CIRCLE, CORNER, lowered_scene, solved_path
+from tracing import CIRCLE, CORNER, LANE_TOLERANCE, lowered_scene, solved_path
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.constants import LANES
+from fastncm.lowering import lower
 from fastncm.path import rows
+from fastncm.path.careful import most_constraints
 from fastncm.path.events import locate_events
 from fastncm.path.trace import make_trace, trace_lanes
+from fastncm.scene import load_scene, tabulate
 from fastncm.sqp import status
 
 pytestmark = pytest.mark.compiled
@@ -208,9 +211,7 @@ def test_release(scene: str) -> None:
 def test_rates_are_slopes_along_the_path(scene: str) -> None:
     step = 1e-5
     for position in POSITIONS[scene][1:-1]:
-        solved = solved_path(
-            scene, ORDER, positions=[position + step, position, position - step]
-        )
+        solved = solved_path(scene, ORDER, positions=[position + step, position, position - step])
         ahead, here, behind = solved.trace.rows[0, :3]
         run = ahead[rows.POSITION] - behind[rows.POSITION]
         for value, rate in (
@@ -266,24 +267,76 @@ def test_independent_of_units(scene: str, factor: float, young: float) -> None:
 
 def test_each_design_is_solved_alone() -> None:
     """Neighbours in the lanes, and the lane itself, do not change an answer."""
-    heights = np.linspace(0.0085, 0.0105, LANES + 3)
-    from fastncm.lowering import lower
-    from fastncm.scene import load_scene, tabulate
-
-    (group,) = tabulate(load_scene(CIRCLE), {"jaw.height": heights})
+    (group,) = tabulate(load_scene(CIRCLE), {"jaw.height": np.linspace(0.0085, 0.0105, LANES + 3)})
     lowered = lower(group)
     everything = None
     for designs in (np.arange(LANES + 3), np.array([LANES + 1]), np.array([3, 0])):
         problem = lowered.problem(6, designs)
         trace = make_trace(len(designs), problem.positions.shape[1], 6, 1)
-        trace_lanes(problem, 1e-12, trace)
-        locate_events(problem, 1e-12, trace)
+        trace_lanes(problem, LANE_TOLERANCE, trace)
+        locate_events(problem, LANE_TOLERANCE, trace)
         if everything is None:
             everything = trace.rows
+        for column in (rows.STATUS, rows.KIND, rows.INTERVAL, rows.FEATURE):
+            np.testing.assert_array_equal(trace.rows[..., column], everything[designs, :, column])
+        for column in (rows.POSITION, rows.FORCE, rows.NORMAL_X, rows.CONTACT_X, rows.ENERGY):
+            np.testing.assert_allclose(
+                trace.rows[..., column], everything[designs, :, column], rtol=1e-11, atol=1e-13
+            )
+
+
+KINKS = {
+    CIRCLE: {"jaw.lead_angle": (0.25, 0.55), "jaw.height": (0.0065, 0.0105)},
+    CORNER: {"jaw.convex": (False, False), "jaw.height": (0.0045, 0.0095)},
+}
+
+
+@pytest.mark.parametrize("scene", [CIRCLE, CORNER])
+def test_no_change_of_feature_goes_without_its_event(scene: str) -> None:
+    """200 jaws whose peak is a kink or a jump: it does not depend on the number of positions."""
+    rng, count = np.random.default_rng(5), 200
+    columns = {name: rng.uniform(*bounds, count) for name, bounds in KINKS[scene].items()}
+    if columns.pop("jaw.convex", None) is not None:
+        base = load_scene(scene).replace({"jaw.convex": False})
+    else:
+        base = load_scene(scene)
+    peaks, solved = [], np.ones(count, dtype=bool)
+    for steps in (8, 20, 60, 200):
+        (group,) = tabulate(base.replace({"path.steps": steps}), columns)
+        problem = lower(group).problem(6, np.arange(count))
+        trace = make_trace(count, steps, 6, most_constraints(problem))
+        trace_lanes(problem, LANE_TOLERANCE, trace)
+        locate_events(problem, LANE_TOLERANCE, trace)
+        at_positions = trace.rows[:, :steps]
+        solved &= (at_positions[:, 1:, rows.STATUS] == status.CONVERGED).all(axis=1)
+        changes = (np.diff(at_positions[:, 1:, rows.FEATURE]) != 0.0).sum(axis=1)
+        events = (trace.rows[..., rows.KIND] == rows.BEFORE_CHANGE).sum(axis=1)
+        np.testing.assert_array_equal(events[solved], changes[solved])
+        before = trace.rows[trace.rows[..., rows.KIND] == rows.BEFORE_CHANGE]
+        assert (before[:, rows.RESIDUAL] < 1e-10).all()
+        peaks.append((-trace.rows[..., rows.FORCE] * trace.rows[..., rows.NORMAL_X]).max(axis=1))
+    assert solved.sum() > 0.7 * count
+    for peak in peaks:
+        np.testing.assert_allclose(peak[solved], peaks[-1][solved], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "steps"),
+    [
+        ({"jaw.height": 0.00557044835, "jaw.length": 0.0167676968}, 60),
+        ({"jaw.height": 0.00806136971, "jaw.length": 0.0133858941}, 30),
+        ({"jaw.height": 0.00940931832, "jaw.length": 0.0149076835}, 8),
+    ],
+)
+def test_event_just_beside_a_position(changes: dict[str, float], steps: int) -> None:
+    """Concave jaws whose change to the underside is within 1e-4 of a row, before or behind it."""
+    coarse = solved_path(CORNER, 6, {**changes, "jaw.convex": False, "path.steps": steps})
+    fine = solved_path(CORNER, 6, {**changes, "jaw.convex": False, "path.steps": 600})
+    assert coarse.events()[:, rows.KIND].tolist() == fine.events()[:, rows.KIND].tolist()
+    for column in (rows.POSITION, rows.FORCE):
         np.testing.assert_allclose(
-            trace.rows[:, :, : rows.RESIDUAL], everything[designs, :, : rows.RESIDUAL], rtol=1e-11,
-            atol=1e-11,
-        )  # fmt: skip
+            coarse.events()[:, column], fine.events()[:, column], rtol=1e-9, atol=1e-12
+        )
 
 
 def test_path_that_never_touches() -> None:

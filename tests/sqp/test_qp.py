@@ -122,7 +122,9 @@ def test_warm_start_from_any_working_set(seed: int) -> None:
     n, constraints = 4, 8
     program = random_program(rng, n, constraints, slack=1.0)
     cold = solve(program)
-    sets = [tuple(rng.permutation(constraints)[:size]) for size in range(1, n + 1) for _ in range(8)]
+    sets = [
+        tuple(rng.permutation(constraints)[:size]) for size in range(1, n + 1) for _ in range(8)
+    ]
     for warm in [*sets, tuple(cold.working), (0, 0, 1), (2,) * n]:
         answer = solve(program, warm)
         assert answer.status == qp.SOLVED
@@ -177,7 +179,7 @@ def test_degenerate_vertex(n: int) -> None:
 
 
 def test_pyramid() -> None:
-    """The apex of a regular pyramid, approached from straight above: every face is equally violated."""
+    """The apex of a regular pyramid, from straight above: every face is equally violated."""
     faces = 12
     angles = 2.0 * np.pi * np.arange(faces) / faces
     jacobian = np.column_stack([np.cos(angles), np.sin(angles), np.ones(faces)])

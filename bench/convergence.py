@@ -1,0 +1,152 @@
+"""How fast does the contact force converge: in the order, and in the number of points M?
+
+The truth is shooting on the exact equilibrium equation (tests/shooting.py), whose own error is about
+1e-12. The order's convergence is that of the default contact form, with the error estimate beside
+it. The point forms (10a) and (10b) are compared at an order where only M matters.
+"""
+
+import numpy as np
+from matplotlib.axes import Axes
+from support import RESULTS, ROOT, print_table, shooting, write_json
+
+import fastncm
+from fastncm.plot.style import empty_figure, open_frame, save
+
+CASES = {"snapfit-circle": shooting.SNAPFIT_CIRCLE, "snapfit-corner": shooting.SNAPFIT_CORNER}
+POSITIONS = {
+    "snapfit-circle": [0.0760, 0.0719, 0.0688, 0.0660, 0.0640, 0.0625, 0.0610],
+    "snapfit-corner": [0.0719, 0.0688, 0.0660, 0.0620, 0.0590, 0.0565],
+}
+"""Target positions in m; from the last but one (circle) and last (corner) corner a touches."""
+ORDERS = range(2, 13)
+POINTS = [10, 20, 40, 80, 160, 320, 640]
+FORMS = {"points-on-finger": "(10a) points of the jaw", "points-on-target": "(10b) of the target"}
+FORM_ORDER = 8
+ORDER_RTOL = 1e-12
+POINTS_RTOL = 1e-9
+FLOOR = 1e-16
+"""Exact agreement is drawn here."""
+COLOURS = {"snapfit-circle": "#1b2a49", "snapfit-corner": "#c0392b"}
+STYLES = {"points-on-finger": "o-", "points-on-target": "s--"}
+
+
+def main() -> None:
+    truth = {scene: true_forces(scene) for scene in CASES}
+    figure = empty_figure(8.0, 3.6)
+    left, right = figure.subplots(1, 2)
+    orders = [by_order(scene, truth[scene]) for scene in CASES]
+    points = [by_points(scene, form, truth[scene]) for scene in CASES for form in FORMS]
+    draw_orders(left, orders)
+    draw_points(right, points)
+    file = save(figure, RESULTS / "convergence.png")
+
+    print("Relative error of the contact force, largest of all positions, and its estimate:\n")
+    head = ["order"]
+    for scene in CASES:
+        head += [scene, "estimate", "estimate / error"]
+    rows = []
+    for i, order in enumerate(ORDERS):
+        cells = [str(order)]
+        for result in orders:
+            error, estimate = np.array(result["error"][i]), np.array(result["estimate"][i])
+            ratio = estimate / np.maximum(error, FLOOR)
+            cells += [f"{error.max():.1e}", f"{estimate.max():.1e}"]
+            cells += [f"{ratio.min():.2g} to {ratio.max():.2g}"]
+        rows.append(cells)
+    print_table(head, rows)
+    print("\nThe same over M, and the rate from the smallest to the largest M:\n")
+    head = ["M", *(f"{result['scene']} {result['form']}" for result in points)]
+    rows = [
+        [str(count), *(f"{max(result['error'][i]):.1e}" for result in points)]
+        for i, count in enumerate(POINTS)
+    ]
+    rows.append(["rate", *(f"{result['rate']:.2f}" for result in points)])
+    print_table(head, rows)
+    print(f"\n{file.relative_to(ROOT)}")
+    write_json("convergence", {"orders": list(ORDERS), "by_order": orders, "by_points": points})
+
+
+def true_forces(scene: str) -> np.ndarray:
+    """Forces (positions, 2) in N by shooting."""
+    found = [shooting.solve(CASES[scene], position) for position in POSITIONS[scene]]
+    return np.array([[one.force_x, one.force_y] for one in found])
+
+
+def errors(
+    scene: str, changes: dict[str, object], truth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Relative error of the force at each position, and the solver's estimate of it."""
+    made = fastncm.load_scene(scene).replace(changes)
+    frame = fastncm.solve(made, positions=POSITIONS[scene]).frame()
+    forces = frame[["force_x_N", "force_y_N"]].to_numpy()
+    error = np.hypot(*(forces - truth).T) / np.hypot(*truth.T)
+    return error, frame["error_estimate"].to_numpy()
+
+
+def by_order(scene: str, truth: np.ndarray) -> dict:
+    """Errors and estimates, both (orders, positions)."""
+    found = [
+        errors(scene, {"solver.order": order, "solver.rtol": ORDER_RTOL}, truth)
+        for order in ORDERS
+    ]
+    return {
+        "scene": scene,
+        "positions": POSITIONS[scene],
+        "error": [error.tolist() for error, _ in found],
+        "estimate": [estimate.tolist() for _, estimate in found],
+    }
+
+
+def by_points(scene: str, form: str, truth: np.ndarray) -> dict:
+    """Errors (M, positions) of one point form, and the rate of the largest ones."""
+    found = []
+    for count in POINTS:
+        changes = {"solver.contact": form, "solver.points": count}
+        changes |= {"solver.order": FORM_ORDER, "solver.rtol": POINTS_RTOL}
+        found.append(errors(scene, changes, truth)[0])
+    largest = np.max(found, axis=1)
+    rate = -np.polyfit(np.log(POINTS), np.log(np.maximum(largest, FLOOR)), 1)[0]
+    return {
+        "scene": scene,
+        "form": form,
+        "points": POINTS,
+        "positions": POSITIONS[scene],
+        "error": [error.tolist() for error in found],
+        "rate": rate,
+    }
+
+
+def draw_orders(ax: Axes, results: list[dict]) -> None:
+    open_frame(ax)
+    for result in results:
+        colour = COLOURS[result["scene"]]
+        error, estimate = np.array(result["error"]), np.array(result["estimate"])
+        ax.semilogy(ORDERS, np.maximum(error, FLOOR), ".", color=colour, ms=4, alpha=0.35)
+        ax.semilogy(ORDERS, error.max(axis=1), "o-", color=colour, ms=4, label=result["scene"])
+        ax.semilogy(ORDERS, estimate.max(axis=1), ":", color=colour, label="its error estimate")
+    ax.axhline(1e-12, color="0.75", lw=0.8)
+    ax.text(ORDERS[-1], 1.3e-12, "accuracy of shooting", ha="right", fontsize=7, color="0.45")
+    ax.set_xlabel("order (modes of the shape)")
+    ax.set_ylabel("relative error of the contact force")
+    ax.set_ylim(1e-16, 1e-2)
+    ax.legend(frameon=False, fontsize=8)
+
+
+def draw_points(ax: Axes, results: list[dict]) -> None:
+    open_frame(ax)
+    for result in results:
+        form, scene = result["form"], result["scene"]
+        label = f"{scene} {FORMS[form]}"
+        largest = np.max(result["error"], axis=1)
+        ax.loglog(POINTS, largest, STYLES[form], color=COLOURS[scene], ms=4, lw=1.2, label=label)
+    ends = np.array([POINTS[0], POINTS[-1]])
+    for rate in (1, 2):
+        ax.loglog(ends, 0.05 * (ends / ends[0]) ** -rate, color="0.75", lw=0.8, zorder=0)
+        ax.text(ends[1], 0.05 * (ends[1] / ends[0]) ** -rate, f" 1/M{'²' * (rate - 1)}",
+                fontsize=7, color="0.45", va="center")  # fmt: skip
+    ax.set_xlabel("points M")
+    ax.legend(frameon=False, fontsize=7)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""One million designs to Parquet: time, file size, and memory that does not grow with their number.
+
+A sweep over thickness x friction x jaw height x jaw length of snapfit-circle on all cores. Every
+twentieth design at least is a dimensionless problem of its own: 50,000 paths of 60 positions are
+solved, the other designs scale them. Each sweep runs in a fresh process; its peak memory and that of
+its largest worker are the operating system's. Parts are written at 64 MB, so the parent's memory
+rises until its buffer is full, and no further.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from joblib import cpu_count
+from joblib.externals.loky import get_reusable_executor
+from support import print_table, write_json
+
+import fastncm
+
+FRICTION = {"linspace": [0.0, 0.4, 4]}
+THICKNESS = {"linspace": [0.0022, 0.0042, 5]}
+GRIDS = {10_000: (25, 20), 100_000: (50, 100), 1_000_000: (250, 200), 3_000_000: (500, 300)}
+"""Number of cases to the numbers of jaw heights and jaw lengths."""
+KILOBYTES = 1024 if sys.platform == "linux" else 1
+"""Unit of `ru_maxrss` in bytes."""
+
+
+def study(cases: int) -> fastncm.Study:
+    heights, lengths = GRIDS[cases]
+    return fastncm.Study(
+        scene=fastncm.load_scene("snapfit-circle"),
+        axes={
+            "finger.thickness": THICKNESS,
+            "friction.mu": FRICTION,
+            "jaw.height": {"linspace": [0.0069, 0.0109, heights]},
+            "jaw.length": {"linspace": [0.0162, 0.0222, lengths]},
+        },
+        name=f"{cases} designs",
+    )
+
+
+def measure(cases: int, jobs: int) -> dict[str, object]:
+    """Run the sweep here and say what it took; for a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "sweep"
+        run = fastncm.sweep(study(cases), out, jobs=jobs)
+        size = sum(file.stat().st_size for file in out.rglob("*.parquet"))
+    get_reusable_executor().shutdown(wait=True)  # a worker's memory is known when it has ended
+    return {
+        "cases": run.rows,
+        "failed": run.failed,
+        "shape_paths": run.shape_paths,
+        "solves": run.solves,
+        "seconds": run.seconds,
+        "file_MB": size / 1e6,
+        "parent_peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * KILOBYTES / 1e6,
+        "worker_peak_MB": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * KILOBYTES / 1e6,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, choices=GRIDS, help="run one sweep in this process")
+    parser.add_argument("--jobs", type=int, default=cpu_count())
+    options = parser.parse_args()
+    if options.cases:
+        print(json.dumps(measure(options.cases, options.jobs)))
+        return
+
+    results = []
+    for cases in GRIDS:
+        command = [sys.executable, __file__, f"--cases={cases}", f"--jobs={options.jobs}"]
+        done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+        results.append(json.loads(done.stdout))
+    print(f"\nsnapfit-circle, thickness x friction x jaw height x jaw length, {options.jobs} jobs:\n")
+    head = ["designs", "paths solved", "failed", "s", "table / MB", "parent / MB", "worker / MB"]
+    keys = ["cases", "shape_paths", "failed", "seconds", "file_MB"]
+    keys += ["parent_peak_MB", "worker_peak_MB"]
+    print_table(head, [[f"{result[key]:,.4g}" for key in keys] for result in results])
+    write_json("million", {"jobs": options.jobs, "sweeps": results})
+
+
+if __name__ == "__main__":
+    main()
