@@ -29,7 +29,7 @@ KILOBYTES = 1024 if sys.platform == "linux" else 1
 """Unit of `ru_maxrss` in bytes."""
 
 
-def study(cases: int) -> fastncm.Study:
+def study(cases: int) -> "fastncm.Study":
     heights, lengths = GRIDS[cases]
     return fastncm.Study(
         scene=fastncm.load_scene("snapfit-circle"),

@@ -106,7 +106,7 @@ _OPTIONS: dict[str, Any] = {
 def _compile(function: Callable[..., Any], **extra: Any) -> Any:
     if config.DISABLE_JIT:
         return function
-    compiled = numba.njit(**_OPTIONS, no_cfunc_wrapper=True, **extra)(function)
+    compiled = numba.njit(**{**_OPTIONS, **extra}, no_cfunc_wrapper=True)(function)
     compiled._cache = _KernelCache(function)
     return compiled
 
@@ -139,3 +139,10 @@ def inlined(function: Callable[..., Any]) -> Any:
     A call that returns a tuple of 13 numbers costs 40 ns, the gap itself 3 ns.
     """
     return _compile(function, _nrt=False, forceinline=True)
+
+
+def inlined_in_order(function: Callable[..., Any]) -> Any:
+    """Like `inlined`, for arithmetic whose order matters: sums are not reordered."""
+    return _compile(
+        function, _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"}
+    )

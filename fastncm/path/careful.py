@@ -184,7 +184,7 @@ def trace_carefully(problem, options, trace):
         for i in range(positions):
             most = begin_position(problem, i, lanes, walk, start, moves, trace)
             for move in range(1, most + 1):
-                set_target(problem, i, move, lanes, start, moves)
+                set_target(problem, i, most - move, lanes, start, moves)
                 for lane in range(LANES):
                     if lanes.active[lane]:
                         d = lanes.design[lane]
@@ -200,9 +200,7 @@ def trace_carefully(problem, options, trace):
                             trace.rows[d, i],
                             trace.multipliers[d, i],
                         )
-                newton.evaluate(problem, lanes)
-                newton.factorise(problem, lanes)
-                newton.rates(lanes)
+                newton.refresh(problem, lanes)
                 remember(lanes, walk)
             if most > 0:
                 rows.measure(problem, lanes, measuring)

@@ -31,15 +31,19 @@ class Search(NamedTuple):
     """Each lane's next event; all (LANES,).
 
     begin: first interval not searched yet; used: event slots filled; kind, interval: of the next event;
-    pending: still to be located; goal: the feature behind a change; far: position of the row behind it.
+    located: whether it was found; early: whether it lies behind the next row; change: where; goal: the
+    feature behind a change; near, far: positions of the rows on both sides of the interval.
     """
 
     begin: np.ndarray
     used: np.ndarray
     kind: np.ndarray
     interval: np.ndarray
-    pending: np.ndarray
+    located: np.ndarray
+    early: np.ndarray
+    change: np.ndarray
     goal: np.ndarray
+    near: np.ndarray
     far: np.ndarray
 
 
@@ -52,7 +56,10 @@ def make_search():
         np.zeros(LANES, np.int64),
         np.zeros(LANES, np.int64),
         np.zeros(LANES, np.bool_),
+        np.zeros(LANES, np.bool_),
+        np.zeros(LANES),
         np.zeros(LANES, np.int64),
+        np.zeros(LANES),
         np.zeros(LANES),
     )
 
@@ -108,21 +115,21 @@ def _set_row(lanes, lane, i, trace):
 
 
 @inner
-def _towards_change(problem, lanes, goal, far, pending):
-    """One Newton step of all pending lanes' target towards the end of their held feature.
+def _towards_change(problem, lanes, at):
+    """One Newton step of the active lanes' target towards the end of their held feature.
 
-    goal: (LANES,) the feature behind it; far: (LANES,) the position of the next row, which bounds the step;
-    pending: (LANES,) bool, cleared where located, and where there is no boundary (``lanes.good`` is then False).
+    A lane ends being active when it is located, or lost: without a boundary, or with a step that is
+    longer than the interval, which is far outside of what the linearisation can tell.
     """
     modes = lanes.u.shape[0]
     for lane in range(LANES):
-        if not pending[lane]:
+        if not lanes.active[lane]:
             continue
         d = lanes.design[lane]
         sin, cos = sincos(lanes.pose[2, lane])
         e, ex, ey, ep, known = boundary(
             lanes.hold[lane],
-            goal[lane],
+            at.goal[lane],
             problem.jaw,
             problem.target,
             d,
@@ -140,16 +147,18 @@ def _towards_change(problem, lanes, goal, far, pending):
                 + ep * lanes.basis.end[k, lane]
             )
         move = -e / slope if slope != 0.0 else np.inf
-        reach = abs(far[lane] - lanes.t[lane])
-        if not known or not abs(move) < 4.0 * reach + 1e-6:
-            lanes.good[lane] = False
-            pending[lane] = False
+        if not known or not abs(move) < 4.0 * abs(at.far[lane] - at.near[lane]):
+            lanes.active[lane] = False
             continue
-        pending[lane] = abs(move) > _LOCATED
         lanes.t[lane] += move
         lanes.force[lane] += move * lanes.force_rate[lane]
         for k in range(modes):
             lanes.u[k, lane] += move * lanes.u_rate[k, lane]
+        if abs(move) <= _LOCATED:
+            lanes.active[lane] = False
+            share = (lanes.t[lane] - at.near[lane]) / (at.far[lane] - at.near[lane])
+            at.located[lane] = -_LOCATED < share < 2.0
+            at.early[lane] = share > 1.0
 
 
 @inner
@@ -182,9 +191,7 @@ def _touches(problem, lanes, at, measuring, trace):
         lanes.good[lane] = lanes.active[lane]
         if lanes.active[lane]:
             _set_touch(problem, lanes, lane, at.interval[lane], at.kind[lane])
-    newton.evaluate(problem, lanes)
-    newton.factorise(problem, lanes)
-    newton.rates(lanes)
+    newton.refresh(problem, lanes)
     lanes.residual[:] = 0.0
     lanes.iterations[:] = 0
     rows.measure(problem, lanes, measuring)
@@ -194,41 +201,72 @@ def _touches(problem, lanes, at, measuring, trace):
 @inner
 def _changes(problem, lanes, at, measuring, tolerance, trace):
     """Rows just before and just after the feature changes among the next events."""
-    pending, goal, far = at.pending, at.goal, at.far
     for lane in range(LANES):
-        pending[lane] = at.kind[lane] == rows.BEFORE_CHANGE
-        lanes.active[lane] = pending[lane]
-        if pending[lane]:
+        at.located[lane] = False
+        lanes.active[lane] = at.kind[lane] == rows.BEFORE_CHANGE
+        if lanes.active[lane]:
             i, d = at.interval[lane], lanes.design[lane]
             _set_row(lanes, lane, i, trace)
-            goal[lane] = int(trace.rows[d, i + 1, rows.FEATURE])
-            far[lane] = trace.rows[d, i + 1, rows.POSITION]
+            at.goal[lane] = int(trace.rows[d, i + 1, rows.FEATURE])
+            at.near[lane] = trace.rows[d, i, rows.POSITION]
+            at.far[lane] = trace.rows[d, i + 1, rows.POSITION]
     for _ in range(_STEPS):
         newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
         newton.rates(lanes)
         left = False
         for lane in range(LANES):
-            pending[lane] = pending[lane] and lanes.good[lane]
-            lanes.active[lane] = lanes.active[lane] and lanes.good[lane]
-            left = left or pending[lane]
+            lanes.active[lane] = lanes.good[lane]
+            left = left or lanes.active[lane]
         if not left:
             break
-        _towards_change(problem, lanes, goal, far, pending)
+        _towards_change(problem, lanes, at)
+    _mend_early_rows(problem, lanes, at, measuring, tolerance, trace)
+    for side in (rows.BEFORE_CHANGE, rows.AFTER_CHANGE):
+        for lane in range(LANES):
+            lanes.active[lane] = at.located[lane]
+            at.kind[lane] = side
+            if side == rows.AFTER_CHANGE:
+                lanes.hold[lane] = at.goal[lane]
+        newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
+        newton.rates(lanes)
+        rows.measure(problem, lanes, measuring)
+        _keep(lanes, at, measuring.row, trace)
+
+
+@inner
+def _mend_early_rows(problem, lanes, at, measuring, tolerance, trace):
+    """Solve the row behind the interval again where the change turned out to lie behind that row.
+
+    Close to a jump both features are in equilibrium; the row had left the branch too early. The lanes get
+    the located state back, and the event belongs to the next interval.
+    """
+    early = False
     for lane in range(LANES):
-        if lanes.active[lane]:
-            near = trace.rows[lanes.design[lane], at.interval[lane], rows.POSITION]
-            between = (lanes.t[lane] - near) * (lanes.t[lane] - far[lane]) <= 0.0
-            lanes.good[lane] = lanes.good[lane] and not pending[lane] and between
-            lanes.active[lane] = lanes.good[lane]
-    rows.measure(problem, lanes, measuring)
-    _keep(lanes, at, measuring.row, trace)
-    for lane in range(LANES):
-        lanes.hold[lane] = goal[lane]
-        at.kind[lane] = rows.AFTER_CHANGE
+        at.early[lane] = at.early[lane] and at.located[lane]
+        lanes.active[lane] = at.early[lane]
+        early = early or at.early[lane]
+        at.change[lane] = lanes.t[lane]
+        if at.early[lane]:
+            lanes.t[lane] = at.far[lane]
+    if not early:
+        return
     newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
     newton.rates(lanes)
     rows.measure(problem, lanes, measuring)
-    _keep(lanes, at, measuring.row, trace)
+    for lane in range(LANES):
+        if not at.early[lane]:
+            continue
+        at.located[lane] = lanes.good[lane]
+        if lanes.good[lane]:
+            d, i = lanes.design[lane], at.interval[lane] + 1
+            at.interval[lane] = i
+            at.begin[lane] = i + 1
+            for column in range(rows.COLUMNS):
+                trace.rows[d, i, column] = measuring.row[column, lane]
+            for k in range(lanes.u.shape[0]):
+                trace.shapes[d, i, k] = lanes.u[k, lane]
+            trace.multipliers[d, i, 0] = lanes.force[lane]
+        lanes.t[lane] = at.change[lane]
 
 
 @driver

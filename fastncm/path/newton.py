@@ -92,7 +92,8 @@ def _pull(lanes, by_x, by_y, by_psi, x, y, end, row, k):
 def factorise(problem, lanes):
     """Factor of the Lagrangian's Hessian; ``A`` and ``H^-1 A`` of the working constraint.
 
-    Overwrites hessian, pull (d grad g / d pose times d pose / du), across (H^-1 A^T), compliance (A H^-1 A^T).
+    Overwrites hessian and pull (lambda d(grad g) by the unknowns), and for the pending lanes across (H^-1 A^T),
+    along (H^-1 pull_x) and compliance (A H^-1 A^T).
     """
     modes = lanes.u.shape[0]
     gap, end = lanes.gap, lanes.basis.end
@@ -124,24 +125,40 @@ def factorise(problem, lanes):
         lanes.hessian,
     )
     cholesky.factorise(lanes.hessian, lanes.smallest)
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.across[k, lane] = lanes.jacobian[k, lane]
-    cholesky.solve(lanes.hessian, lanes.across)
+    _keep_solution(lanes, lanes.jacobian, lanes.across)
+    _keep_solution(lanes, lanes.pull[0], lanes.along)
+    compliance = lanes.fx
     for lane in range(LANES):
-        lanes.compliance[lane] = 0.0
+        compliance[lane] = 0.0
     for k in range(modes):
         for lane in range(LANES):
-            lanes.compliance[lane] += lanes.jacobian[k, lane] * lanes.across[k, lane]
+            compliance[lane] += lanes.jacobian[k, lane] * lanes.across[k, lane]
+    for lane in range(LANES):
+        if lanes.pending[lane]:
+            lanes.compliance[lane] = compliance[lane]
+
+
+@inlined
+def _keep_solution(lanes, right, out):
+    """Solve with the factor for `right` (m, LANES), and keep the solution in `out` for the pending lanes only:
+    what a lane ends with must not depend on how long its neighbours take."""
+    modes = right.shape[0]
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.down[k, lane] = right[k, lane]
+    cholesky.solve(lanes.hessian, lanes.down)
+    for k in range(modes):
+        for lane in range(LANES):
+            out[k, lane] = lanes.down[k, lane] if lanes.pending[lane] else out[k, lane]
 
 
 @inner
-def step(lanes, pending):
-    """One Newton step of the lanes in `pending` (LANES,) bool, with the factor of `factorise`.
+def step(lanes):
+    """One Newton step of the pending lanes with the factor of `factorise`.
 
     ``H du - A^T (lambda + dlambda) = -u``, ``A du = -g``.
     """
-    modes = lanes.u.shape[0]
+    modes, pending = lanes.u.shape[0], lanes.pending
     for k in range(modes):
         for lane in range(LANES):
             lanes.down[k, lane] = lanes.u[k, lane]
@@ -169,22 +186,28 @@ def rates(lanes):
     ``d/dt = -d/dx`` of the pose.
     """
     modes = lanes.u.shape[0]
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.along[k, lane] = -lanes.pull[0, k, lane]
-    cholesky.solve(lanes.hessian, lanes.along)
     for lane in range(LANES):
         lanes.force_rate[lane] = lanes.gap[c.GX, lane]
     for k in range(modes):
         for lane in range(LANES):
-            lanes.force_rate[lane] -= lanes.jacobian[k, lane] * lanes.along[k, lane]
+            lanes.force_rate[lane] += lanes.jacobian[k, lane] * lanes.along[k, lane]
     for lane in range(LANES):
         lanes.force_rate[lane] /= lanes.compliance[lane]
     for k in range(modes):
         for lane in range(LANES):
             lanes.u_rate[k, lane] = (
-                lanes.along[k, lane] + lanes.force_rate[lane] * lanes.across[k, lane]
+                lanes.force_rate[lane] * lanes.across[k, lane] - lanes.along[k, lane]
             )
+
+
+@inner
+def refresh(problem, lanes):
+    """Evaluation, factor and rates of the active lanes as they stand, without a step."""
+    evaluate(problem, lanes)
+    for lane in range(LANES):
+        lanes.pending[lane] = lanes.active[lane]
+    factorise(problem, lanes)
+    rates(lanes)
 
 
 @inner
@@ -206,7 +229,7 @@ def correct(problem, lanes, tolerance, most):
                 lanes.iterations[lane] += 1
                 if not (lanes.smallest[lane] > 0.0 and lanes.compliance[lane] > 0.0):
                     pending[lane] = False
-        step(lanes, pending)
+        step(lanes)
         evaluate(problem, lanes)
         left = False
         for lane in range(LANES):

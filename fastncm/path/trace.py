@@ -66,13 +66,14 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place of
     first touch (for the first position: of a target that comes from beyond the tip). start: (LANES,), moves:
-    (LANES,) int64, overwritten: from where, and in how many moves. Returns the most moves.
+    (LANES,) int64, overwritten: from where, and in how many moves (0: no contact). Returns the most moves.
     """
     most = 0
     for lane in range(LANES):
         d = lanes.design[lane]
         lanes.active[lane] = False
         lanes.hold[lane] = -1
+        moves[lane] = 0
         if d < 0:
             continue
         t = problem.positions[d, i]
@@ -84,7 +85,6 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
             row[rows.TIP_X] = 1.0
             row[rows.FEATURE] = c.VOID
             continue
-        lanes.active[lane] = True
         if walk.feature[lane] == c.VOID:
             free, reach = problem.positions[d, i - 1] if i > 0 else t, LONGEST_MOVE
             while undeformed_gap(problem, d, free) < 0.0 and reach < 64.0:
@@ -98,15 +98,18 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
 
 
 @inlined
-def set_target(problem, i, move, lanes, start, moves):
-    """Put the targets of the active lanes where they are after `move` of their `moves` to position `i`."""
+def set_target(problem, i, left, lanes, start, moves):
+    """Move the targets towards position `i`, with `left` moves to come after this one.
+
+    All lanes arrive with the last move, so that one with fewer moves begins later: it is not active before.
+    """
     for lane in range(LANES):
+        lanes.active[lane] = moves[lane] > left
         if lanes.active[lane]:
             goal = problem.positions[lanes.design[lane], i]
-            if move < moves[lane]:
-                lanes.t[lane] = start[lane] + (goal - start[lane]) * move / moves[lane]
-            else:
-                lanes.t[lane] = goal
+            lanes.t[lane] = goal
+            if left > 0:
+                lanes.t[lane] -= (goal - start[lane]) * left / moves[lane]
 
 
 @inner
@@ -144,7 +147,7 @@ def trace_lanes(problem, tolerance, trace):
         for i in range(positions):
             most = begin_position(problem, i, lanes, walk, start, moves, trace)
             for move in range(1, most + 1):
-                set_target(problem, i, move, lanes, start, moves)
+                set_target(problem, i, most - move, lanes, start, moves)
                 predict(lanes, walk)
                 newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
                 newton.rates(lanes)

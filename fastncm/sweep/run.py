@@ -95,8 +95,8 @@ def _run(study: Study, out: Path, jobs: int) -> None:
     begin(out, manifest)
     store = _Store(study, out, manifest)
     with (
+        _progress(study) as bar,  # outermost: that its line cannot be drawn spoils no table
         _kept_readable(store),
-        _progress(study) as bar,
         _ended(finished_blocks(study, jobs)) as blocks,
     ):
         for block in blocks:
