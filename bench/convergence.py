@@ -1,8 +1,8 @@
 """How fast does the contact force converge: in the order, and in the number of points M?
 
-The truth is shooting on the exact equilibrium equation (tests/shooting.py), whose own error is about
-1e-13. The order's convergence is that of the default contact form, with the error estimate beside
-it. The point forms (10a) and (10b) are compared at an order where only M matters. On
+The truth is shooting on the exact equilibrium equation (tests/shooting.py), whose own error is
+about 1e-13. The order's convergence is that of the default contact form, with the error estimate
+beside it. The point forms (10a) and (10b) are compared at an order where only M matters. On
 snapfit-corner they contain the corners of jaw and block as points of their own, so they are exact
 for every M; the picture shows snapfit-circle.
 """
@@ -89,8 +89,7 @@ def errors(
 def by_order(scene: str, truth: np.ndarray) -> dict:
     """Errors and estimates, both (orders, positions)."""
     found = [
-        errors(scene, {"solver.order": order, "solver.rtol": ORDER_RTOL}, truth)
-        for order in ORDERS
+        errors(scene, {"solver.order": order, "solver.rtol": ORDER_RTOL}, truth) for order in ORDERS
     ]
     return {
         "scene": scene,

@@ -1,7 +1,8 @@
 """How long does the first `fastncm solve` take, the second one, and `--help`?
 
-The package is copied to a temporary folder without any compiled code, so that the first run there is
-the first one after an installation. Each run is a new process; of the later ones the best counts.
+The package is copied to a temporary folder without any compiled code, so that the first run there
+is the first one after an installation. Each run is a new process; of the later ones the best
+counts.
 """
 
 import os

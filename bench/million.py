@@ -2,9 +2,10 @@
 
 A sweep over thickness x friction x jaw height x jaw length of snapfit-circle on all cores. Every
 twentieth design at least is a dimensionless problem of its own: 50,000 paths of 60 positions are
-solved, the other designs scale them. Each sweep runs in a fresh process; its peak memory and that of
-its largest worker are the operating system's. Parts are written at 64 MB, so the parent's memory
-rises until its buffer is full, and no further.
+solved, the other designs scale them. Each sweep runs in a fresh process; its peak memory and that
+of its largest worker are the operating system's. Parts are written at 64 MB, so the parent's memory
+rises until its buffer is full, and no further: three millions show it. No worker is started where
+that would take longer than solving.
 """
 
 import argparse
@@ -76,7 +77,7 @@ def main() -> None:
         command = [sys.executable, __file__, f"--cases={cases}", f"--jobs={options.jobs}"]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
         results.append(json.loads(done.stdout))
-    print(f"\nsnapfit-circle, thickness x friction x jaw height x jaw length, {options.jobs} jobs:\n")
+    print(f"\nthickness x friction x jaw height x jaw length, {options.jobs} jobs:\n")
     head = ["designs", "paths solved", "failed", "s", "table / MB", "parent / MB", "worker / MB"]
     keys = ["cases", "shape_paths", "failed", "seconds", "file_MB"]
     keys += ["parent_peak_MB", "worker_peak_MB"]

@@ -25,7 +25,7 @@ class Lanes(NamedTuple):
     jacobian: (m, LANES).
 
     Workspace. hessian: (m, m, LANES); down, across, along: (m, LANES) solutions with it; pull: (3, m, LANES);
-    work: (Q, LANES); fx, fy, smallest, compliance: (LANES,); pending: bool.
+    work: (Q, LANES); fx, fy, moved, negative, compliance: (LANES,); pending: bool.
 
     Outcome. residual: KKT; iterations: int64; good: bool.
     """
@@ -53,7 +53,8 @@ class Lanes(NamedTuple):
     work: np.ndarray
     fx: np.ndarray
     fy: np.ndarray
-    smallest: np.ndarray
+    moved: np.ndarray
+    negative: np.ndarray
     compliance: np.ndarray
     pending: np.ndarray
     residual: np.ndarray
@@ -96,6 +97,7 @@ def make_lanes(problem):
         np.zeros((modes, LANES)),
         np.zeros((3, modes, LANES)),
         np.zeros((points, LANES)),
+        np.zeros(LANES),
         np.zeros(LANES),
         np.zeros(LANES),
         np.zeros(LANES),

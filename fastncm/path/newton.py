@@ -7,8 +7,8 @@ is active, and the predictor starts inside the region of quadratic convergence. 
 converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`).
 """
 
-from fastncm.kernels import cholesky, rod
 from fastncm.kernels import constants as c
+from fastncm.kernels import rod, symmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap, store
@@ -55,7 +55,7 @@ def evaluate(problem, lanes):
                 + lanes.gap[c.GP, lane] * basis.end[k, lane]
             )
     # stationarity over the largest unknown, gap over the deflection A u of the contact
-    largest, slack, moved = lanes.fx, lanes.fy, lanes.smallest
+    largest, slack, moved = lanes.fx, lanes.fy, lanes.moved
     for lane in range(LANES):
         largest[lane] = 0.0
         slack[lane] = 0.0
@@ -124,7 +124,7 @@ def factorise(problem, lanes):
         lanes.work,
         lanes.hessian,
     )
-    cholesky.factorise(lanes.hessian, lanes.smallest)
+    symmetric.factorise(lanes.hessian, lanes.negative)
     _keep_solution(lanes, lanes.jacobian, lanes.across)
     _keep_solution(lanes, lanes.pull[0], lanes.along)
     compliance = lanes.fx
@@ -146,7 +146,7 @@ def _keep_solution(lanes, right, out):
     for k in range(modes):
         for lane in range(LANES):
             lanes.down[k, lane] = right[k, lane]
-    cholesky.solve(lanes.hessian, lanes.down)
+    symmetric.solve(lanes.hessian, lanes.down)
     for k in range(modes):
         for lane in range(LANES):
             out[k, lane] = lanes.down[k, lane] if lanes.pending[lane] else out[k, lane]
@@ -162,7 +162,7 @@ def step(lanes):
     for k in range(modes):
         for lane in range(LANES):
             lanes.down[k, lane] = lanes.u[k, lane]
-    cholesky.solve(lanes.hessian, lanes.down)
+    symmetric.solve(lanes.hessian, lanes.down)
     force = lanes.fx
     for lane in range(LANES):
         force[lane] = -lanes.gap[c.GAP, lane]
@@ -210,6 +210,12 @@ def refresh(problem, lanes):
     rates(lanes)
 
 
+@inlined
+def _is_minimum(negative, compliance):
+    """True where the Hessian, with that many negative pivots, is positive definite along the constraint."""
+    return (negative == 0.0 and compliance > 0.0) or (negative == 1.0 and compliance < 0.0)
+
+
 @inner
 def correct(problem, lanes, tolerance, most):
     """Newton's method in the active lanes, at least one step each.
@@ -227,8 +233,7 @@ def correct(problem, lanes, tolerance, most):
         for lane in range(LANES):
             if pending[lane]:
                 lanes.iterations[lane] += 1
-                if not (lanes.smallest[lane] > 0.0 and lanes.compliance[lane] > 0.0):
-                    pending[lane] = False
+                pending[lane] = _is_minimum(lanes.negative[lane], lanes.compliance[lane])
         step(lanes)
         evaluate(problem, lanes)
         left = False

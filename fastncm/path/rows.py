@@ -208,7 +208,7 @@ def _estimate(problem, lanes, at):
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]
         at.row[ESTIMATE, lane] = (
-            missing / lanes.compliance[lane] + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
+            missing / abs(lanes.compliance[lane]) + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
         )
 
 
