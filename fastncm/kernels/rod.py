@@ -34,12 +34,18 @@ def tip_pose(slope, end, weights, u, sin, cos, pose):
     for k in range(modes):
         for lane in range(LANES):
             pose[2, lane] += end[k, lane] * u[k, lane]
-    for q in range(points):
-        for lane in range(LANES):
-            sin[q, lane] = slope[0, q, lane] * u[0, lane]
-        for k in range(1, modes):
+    if modes == 4 and points == 7:
+        _angles(slope, u, sin, _4, _7)
+    elif modes == 5 and points == 8:
+        _angles(slope, u, sin, _5, _8)
+    else:
+        for q in range(points):
             for lane in range(LANES):
-                sin[q, lane] += slope[k, q, lane] * u[k, lane]
+                sin[q, lane] = slope[0, q, lane] * u[0, lane]
+            for k in range(1, modes):
+                for lane in range(LANES):
+                    sin[q, lane] += slope[k, q, lane] * u[k, lane]
+    for q in range(points):
         weight = weights[q]
         for lane in range(LANES):
             s, c = sincos(sin[q, lane])
@@ -47,6 +53,16 @@ def tip_pose(slope, end, weights, u, sin, cos, pose):
             cos[q, lane] = c
             pose[0, lane] += weight * c
             pose[1, lane] += weight * s
+
+
+@inner
+def _angles(slope, u, theta, modes, points):
+    for q in range(len(points)):
+        for lane in range(LANES):
+            total = 0.0
+            for k in range(len(modes)):
+                total += slope[k, q, lane] * u[k, lane]
+            theta[q, lane] = total
 
 
 @kernel
@@ -124,12 +140,29 @@ def _add_outer_products(slope, work, hessian, modes, points):
 def node_positions(integral, sin, cos, x, y):
     """Positions of the Gauss points on the axis. integral: (Q, Q); x, y: (Q, LANES), overwritten."""
     points = sin.shape[0]
-    for i in range(points):
-        for lane in range(LANES):
-            x[i, lane] = 0.0
-            y[i, lane] = 0.0
-        for q in range(points):
-            weight = integral[i, q]
+    if points == 7:
+        _integrate(integral, cos, x, _7)
+        _integrate(integral, sin, y, _7)
+    elif points == 8:
+        _integrate(integral, cos, x, _8)
+        _integrate(integral, sin, y, _8)
+    else:
+        for i in range(points):
             for lane in range(LANES):
-                x[i, lane] += weight * cos[q, lane]
-                y[i, lane] += weight * sin[q, lane]
+                x[i, lane] = 0.0
+                y[i, lane] = 0.0
+            for q in range(points):
+                weight = integral[i, q]
+                for lane in range(LANES):
+                    x[i, lane] += weight * cos[q, lane]
+                    y[i, lane] += weight * sin[q, lane]
+
+
+@inner
+def _integrate(integral, values, out, points):
+    for i in range(len(points)):
+        for lane in range(LANES):
+            total = 0.0
+            for q in range(len(points)):
+                total += integral[i, q] * values[q, lane]
+            out[i, lane] = total
