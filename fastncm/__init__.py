@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from fastncm.curve import Curve, solve
     from fastncm.errors import FastNcmError, SceneError, SweepError
     from fastncm.scene import Scene, load_scene
-    from fastncm.sweep import Study, load, sweep
+    from fastncm.sweeping import Study, load, sweep
 
 __version__ = "0.1.0"
 
@@ -20,13 +20,13 @@ _HOMES = {
     "FastNcmError": "errors",
     "Scene": "scene",
     "SceneError": "errors",
-    "Study": "sweep",
+    "Study": "sweeping",
     "SweepError": "errors",
-    "load": "sweep",
+    "load": "sweeping",
     "load_scene": "scene",
     "solve": "curve",
     "solve_cases": "cases",
-    "sweep": "sweep",
+    "sweep": "sweeping",
 }
 __all__ = [
     "Curve",

@@ -28,9 +28,10 @@ _ADVICE = np.array(status.ADVICE, dtype=object)
 class ChunkResult:
     """Answers to C cases.
 
-    cases: columns of `fastncm.columns.CASE_UNITS`, each (C,), in the order of the cases given. curves: columns of
-    `CURVE_UNITS`, each (C N,), with `case` the index of the case, or None. shape_paths: different
-    dimensionless paths that were solved; solves: shapes; seconds_compiled: time inside compiled code.
+    cases: columns of `fastncm.columns.CASE_UNITS`, each (C,), in the order of the cases given.
+    curves: columns of `CURVE_UNITS`, each (C N,), with `case` the index of the case, or None.
+    shape_paths: different dimensionless paths that were solved; solves: shapes; seconds_compiled:
+    time inside compiled code.
     """
 
     cases: dict[str, Array]
@@ -43,9 +44,10 @@ class ChunkResult:
 def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
     """Solve the scene once per row of `frame`, whose columns are dotted names.
 
-    Returns one row per case with the same index: the columns given, then those of the cases table (status,
-    peak_force_N, peak_position, max_strain, ...). ``.attrs`` holds `shape_paths` and `solves`. Raises SceneError for
-    a bad name or value; what does not converge is a row with a status.
+    Returns one row per case with the same index: the columns given, then those of the cases table
+    (status, peak_force_N, peak_position, max_strain, ...). ``.attrs`` holds `shape_paths` and
+    `solves`. Raises SceneError for a bad name or value; what does not converge is a row with a
+    status.
     """
     columns = {str(name): frame[name].to_numpy() for name in frame.columns}
     result = solve_chunk(scene, columns, count=len(frame))
@@ -60,7 +62,8 @@ def solve_chunk(
     curves: bool = False,
     count: int | None = None,
 ) -> ChunkResult:
-    """Solve all cases of `columns` (dotted name to one entry per case); `count` where there are no columns."""
+    """Solve all cases of `columns` (dotted name to one entry per case); `count` where there are no
+    columns."""
     if not columns and count is not None and count != 1:
         if count == 0:
             raise SceneError("there are no cases: the table has no rows")
@@ -83,9 +86,7 @@ def solve_chunk(
     for group in groups:
         lowered = lower(group)
         by_design = np.argsort(lowered.problem_of, kind="stable")
-        edges = np.searchsorted(
-            lowered.problem_of[by_design], np.arange(len(lowered.jaw) + 1)
-        )
+        edges = np.searchsorted(lowered.problem_of[by_design], np.arange(len(lowered.jaw) + 1))
         shape_paths += len(lowered.jaw)
         begin = time.perf_counter()
         for solved in solve_paths(lowered):
@@ -120,10 +121,9 @@ def _cases_of(solved: Solved, by_design: Array, edges: Array) -> tuple[Array, Ar
     return by_design[begin + within], design
 
 
-def _summarise(
-    solved: Solved, lowered: Lowered, chosen: Array, design: Array
-) -> tuple[Array, int]:
-    """Summaries (`path.reduce`) of the chosen cases, smooth peaks refined, and the shapes that took."""
+def _summarise(solved: Solved, lowered: Lowered, chosen: Array, design: Array) -> tuple[Array, int]:
+    """Summaries (`path.reduce`) of the chosen cases, smooth peaks refined, and the shapes that
+    took."""
     table, positions = solved.trace.rows, lowered.positions.shape[1]
     mu = np.ascontiguousarray(lowered.mu[chosen])
     direction = lowered.direction[solved.designs][design]
@@ -149,7 +149,8 @@ def _summarise(
 def _fill(
     cases: dict[str, Array], at: Array, lowered: Lowered, chosen: Array, summary: Array
 ) -> None:
-    """Write summaries in SI units into rows `at` of the case columns; failed cases have no numbers."""
+    """Write summaries in SI units into rows `at` of the case columns; failed cases have no
+    numbers."""
     scale = lowered.scale
     length, force = scale.length[chosen], scale.force[chosen]
     number = summary[:, reduce.STATUS].astype(np.int64)

@@ -51,8 +51,9 @@ _WORDS = np.array(status.WORDS, dtype=object)
 def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) -> dict[str, Array]:
     """Columns of CURVE_UNITS, each (C N,), of the chosen cases, from the rows of their designs.
 
-    table: (D, N + EVENTS, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's in the table. A
-    row that is not solved has no numbers but its position; one without contact has no contact point.
+    table: (D, N + EVENTS, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's
+    in the table. A row that is not solved has no numbers but its position; one without contact has
+    no contact point.
     """
     positions = lowered.positions.shape[1]
     mu = np.ascontiguousarray(lowered.mu[chosen])
@@ -85,9 +86,7 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "tip_y_m": where(solved, picked[:, :, rows.TIP_Y] * length),
         "tip_angle_rad": where(solved, picked[:, :, rows.TIP_ANGLE]),
         "energy_J": where(solved, picked[:, :, rows.ENERGY] * force * length),
-        "max_strain": where(
-            solved, picked[:, :, rows.STRAIN] * lowered.scale.strain[chosen, None]
-        ),
+        "max_strain": where(solved, picked[:, :, rows.STRAIN] * lowered.scale.strain[chosen, None]),
         "iterations": picked[:, :, rows.ITERATIONS].astype(np.int64),
         "kkt_residual": picked[:, :, rows.RESIDUAL],
         "error_estimate": where(solved, picked[:, :, rows.ESTIMATE]),

@@ -43,8 +43,8 @@ class Peak(NamedTuple):
 def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Curve":
     """Solve `scene` along its path, or at the `positions` (path values, m) in the order given.
 
-    What does not converge is a row with a status, not an error. Raises SceneError for positions that
-    are not a list of finite numbers.
+    What does not converge is a row with a status, not an error. Raises SceneError for positions
+    that are not a list of finite numbers.
     """
     group = tabulate(scene, {})[0]
     if positions is not None:
@@ -59,9 +59,7 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Cu
     if summary[0, reduce.SMOOTH_FROM] >= 0.0:
         tolerance = kkt_tolerance(scene.solver.rtol)
         table, shapes = solved.trace.rows, solved.trace.shapes
-        refine_peaks(
-            solved.problem, tolerance, table, shapes, zero, mu, direction, zero, summary
-        )
+        refine_peaks(solved.problem, tolerance, table, shapes, zero, mu, direction, zero, summary)
     return Curve(scene, lowered, solved, summary[0])
 
 
@@ -97,7 +95,8 @@ class Curve:
         return self._solved.order
 
     def frame(self) -> pd.DataFrame:
-        """One row per position, columns as in `fastncm.columns.CURVE_UNITS`; ``.attrs["units"]`` has the units."""
+        """One row per position, columns as in `fastncm.columns.CURVE_UNITS`; ``.attrs["units"]``
+        has the units."""
         zero = np.zeros(1, dtype=np.int64)
         table = curve_columns(self._solved.trace.rows, self._lowered, zero, zero)
         frame = pd.DataFrame(table)
@@ -106,7 +105,8 @@ class Curve:
 
     @property
     def status(self) -> str:
-        """Status of the whole path: the first row's that failed, else "converged" or "no_contact"."""
+        """Status of the whole path: the first row's that failed, else "converged" or
+        "no_contact"."""
         return status.WORDS[int(self._summary[reduce.STATUS])]
 
     @property
@@ -131,8 +131,8 @@ class Curve:
     def events(self) -> pd.DataFrame:
         """Located events in the order of the path: event, position, insertion_force_N, interval.
 
-        The event lies behind row `interval`. At a change of the contact feature the force may jump or have
-        a kink: it is given as it is just before and just after.
+        The event lies behind row `interval`. At a change of the contact feature the force may jump
+        or have a kink: it is given as it is just before and just after.
         """
         table = self._solved.trace.rows
         one = np.zeros(1, dtype=np.int64)
@@ -151,10 +151,11 @@ class Curve:
         )
 
     def shape(self, i: int) -> pd.DataFrame:
-        """The finger at row `i`: s_m, x_m, y_m, psi_rad, gamma_rad, moment_Nm at points along its axis.
+        """The finger at row `i`: s_m, x_m, y_m, psi_rad, gamma_rad, moment_Nm at points along its
+        axis.
 
-        The moment is that of the contact force, which is exact for the given force (positive where it
-        turns psi up). Raises IndexError for a row that is not there.
+        The moment is that of the contact force, which is exact for the given force (positive where
+        it turns psi up). Raises IndexError for a row that is not there.
         """
         row = self._row(i)
         s = np.linspace(0.0, 1.0, _SHAPE_POINTS)
@@ -162,7 +163,8 @@ class Curve:
         # running integrals of the axis' direction by a Gauss rule of their own on each [0, s]
         rule = basis.quadrature(basis.quadrature_points(c.MAX_ORDER))
         inner = s[:, None] * rule.nodes[None, :]
-        theta = sum(self._angles(i, inner.ravel())).reshape(inner.shape)
+        inner_psi, inner_gamma = self._angles(i, inner.ravel())
+        theta = (inner_psi + inner_gamma).reshape(inner.shape)
         x = s * (np.cos(theta) @ rule.weights)
         y = s * (np.sin(theta) @ rule.weights)
         scale = self._lowered.scale

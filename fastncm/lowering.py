@@ -1,8 +1,9 @@
 """From scenes in SI units to dimensionless problems: the only place where units are stripped.
 
-Lengths are divided by the finger's length L, forces by ``E I / L^2``, energies by ``E I / L``, with E I of the
-clamp's section (``I = b w^3 / 12``, Lan & Lee 2008, eq. (2)). Cases whose dimensionless problems are equal are
-one problem: a uniform finger without shear has a shape that does not depend on E, b or w at all.
+Lengths are divided by the finger's length L, forces by ``E I / L^2``, energies by ``E I / L``, with
+E I of the clamp's section (``I = b w^3 / 12``, Lan & Lee 2008, eq. (2)). Cases whose dimensionless
+problems are equal are one problem: a uniform finger without shear has a shape that does not depend
+on E, b or w at all.
 """
 
 from dataclasses import dataclass
@@ -29,19 +30,23 @@ _FORMS = {
 
 @dataclass(frozen=True)
 class Scale:
-    """What turns dimensionless answers into SI units; every field has shape (C,), one entry per case."""
+    """What turns dimensionless answers into SI units; every field has shape (C,), one entry per
+    case."""
 
     length: Array  #: m
     force: Array  #: N, E I / L^2
-    strain: Array  #: thickness at the clamp over twice the length: strain per unit of curvature L psi'
+    strain: (
+        Array  #: thickness at the clamp over twice the length: strain per unit of curvature L psi'
+    )
 
 
 @dataclass(frozen=True)
 class Lowered:
     """The different dimensionless problems of a group of cases, and how the cases use them.
 
-    ratio, shear_stiffness, far: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); positions: (D, N).
-    problem_of: (C,) int64, which problem each case uses; scale: of the cases; mu: (C,) friction.
+    ratio, shear_stiffness, far: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS);
+    positions: (D, N). problem_of: (C,) int64, which problem each case uses; scale: of the cases;
+    mu: (C,) friction.
     """
 
     scene: Scene
@@ -56,8 +61,8 @@ class Lowered:
 
     @property
     def direction(self) -> Array:
-        """Sense of the target's motion along x (D,): +1 or -1, the sign of last minus first position; -1,
-        the way in, for a single one."""
+        """Sense of the target's motion along x (D,): +1 or -1, the sign of last minus first
+        position; -1, the way in, for a single one."""
         return np.where(self.positions[:, -1] > self.positions[:, 0], 1.0, -1.0)
 
     def problem(self, order: int, designs: Array) -> Problem:
@@ -81,8 +86,8 @@ class Lowered:
 
 
 def scale_only_names(scene: Scene) -> frozenset[str]:
-    """Dotted names that change only the scale of this scene's answers: cases that differ in nothing else
-    share one dimensionless problem."""
+    """Dotted names that change only the scale of this scene's answers: cases that differ in nothing
+    else share one dimensionless problem."""
     names = {*_SCALE_ONLY, "friction.mu"}
     tapered = isinstance(scene.finger.thickness, tuple)
     if not scene.model.shear:
@@ -128,7 +133,8 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
         start = _first_contact(kind, jaw, target, start, stop)
         path = np.linspace(start, stop, scene.path.steps, axis=1)
     else:
-        # the given positions are the same in metres for every case; lengths differ only between problems
+        # the given positions are the same in metres for every case; lengths differ only between
+        # problems
         lengths = np.empty(len(different))
         lengths[problem_of] = length
         path = np.asarray(positions, dtype=np.float64)[None, :] / lengths[:, None]
@@ -151,7 +157,8 @@ def _or_zero(values: Array) -> Array:
 
 
 def _unique_rows(key: Array) -> tuple[Array, Array]:
-    """The different rows of `key` (C, k) and, for each row, which of them it is. NaNs are equal here."""
+    """The different rows of `key` (C, k) and, for each row, which of them it is. NaNs are equal
+    here."""
     if len(key) == 1:
         return key, np.zeros(1, dtype=np.int64)
     key = np.ascontiguousarray(key + 0.0)  # -0.0 and 0.0 are the same
@@ -165,14 +172,16 @@ def _unique_rows(key: Array) -> tuple[Array, Array]:
 
 
 def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
-    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners and signed radius (D,).
+    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners and signed radius
+    (D,).
 
     The outside lies to the left on the way from a to b; a convex arc bulges towards it.
     """
     chord_x, chord_y = bx - ax, by - ay
     chord = np.hypot(chord_x, chord_y)
     tx, ty = chord_x / chord, chord_y / chord
-    # centre of the arc: off the chord's middle, to the inside where convex, to the outside where concave
+    # centre of the arc: off the chord's middle, to the inside where convex, to the outside where
+    # concave
     height = np.sqrt(np.maximum(rho**2 - 0.25 * chord**2, 0.0)) * np.sign(rho)
     mx, my = 0.5 * (ax + bx) + height * ty, 0.5 * (ay + by) - height * tx
     curved = rho != 0.0
@@ -188,8 +197,8 @@ def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
 
 
 def _first_contact(kind: int, jaw: Array, target: Array, start: Array, stop: Array) -> Array:
-    """Start of the path where it is "touch" (NaN): the first contact of a target that comes from beyond
-    the tip. Where there is none, the path starts clear of the jaw."""
+    """Start of the path where it is "touch" (NaN): the first contact of a target that comes from
+    beyond the tip. Where there is none, the path starts clear of the jaw."""
     missing = np.isnan(start)
     if not missing.any():
         return start

@@ -1,4 +1,5 @@
-"""Solving lowered problems: the order that the tolerance needs, and the SQP for what the lanes leave over."""
+"""Solving lowered problems: the order that the tolerance needs, and the SQP for what the lanes
+leave over."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,9 +18,9 @@ from fastncm.sqp.solve import Options
 
 Array = np.ndarray
 
-#: Order to start with for each relative tolerance of the contact force: the estimates of the shipped scenes
-#: (1.9e-4, 1.1e-5, 5e-8, 5e-10, 2e-12 for orders 2 to 6; bench/convergence.py). What it does not reach for some
-#: design is solved again with more modes.
+#: Order to start with for each relative tolerance of the contact force: the estimates of the
+#: shipped scenes (1.9e-4, 1.1e-5, 5e-8, 5e-10, 2e-12 for orders 2 to 6; bench/convergence.py). What
+#: it does not reach for some design is solved again with more modes.
 _FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
 _LAST_RESORT = 8
 #: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
@@ -53,8 +54,8 @@ def kkt_tolerance(rtol: float) -> float:
 def solve_paths(lowered: Lowered) -> Iterator[Solved]:
     """Solve all designs; each comes out once, with the order that its error estimate asks for.
 
-    What a design's order is depends on that design alone, so that a table does not depend on how its cases
-    were divided into chunks.
+    What a design's order is depends on that design alone, so that a table does not depend on how
+    its cases were divided into chunks.
     """
     solver = lowered.scene.solver
     for first in range(0, len(lowered.jaw), _CHUNK):
@@ -84,11 +85,13 @@ def _truncation(trace: Trace) -> Array:
     table = trace.rows
     algebraic = rows.ALGEBRAIC * table[:, :, rows.RESIDUAL] + rows.FORCE_ROUNDING
     solved = table[:, :, rows.STATUS] == status.CONVERGED
-    return np.where(solved, table[:, :, rows.ESTIMATE] - algebraic, 0.0).max(axis=1)
+    largest: Array = np.where(solved, table[:, :, rows.ESTIMATE] - algebraic, 0.0).max(axis=1)
+    return largest
 
 
 def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
-    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must be."""
+    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must
+    be."""
     tolerance = kkt_tolerance(rtol)
     options = Options(
         tolerance=tolerance,
@@ -141,7 +144,5 @@ def _subset(solved: Solved, chosen: Array) -> Solved:
         solved.designs[chosen],
         solved.order,
         _select(solved.problem, np.flatnonzero(chosen)),
-        Trace(
-            trace.rows[chosen], trace.shapes[chosen], trace.multipliers[chosen], trace.solves
-        ),
+        Trace(trace.rows[chosen], trace.shapes[chosen], trace.multipliers[chosen], trace.solves),
     )

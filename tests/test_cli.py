@@ -9,7 +9,7 @@ import pytest
 
 from fastncm.cli import main
 from fastncm.scene import load_scene
-from fastncm.sweep import load
+from fastncm.sweeping import load
 
 STUDY = """
 scene = "snapfit-circle"
@@ -114,7 +114,7 @@ def test_sweep_status_and_plot(study, tmp_path, capsys):
 
 
 def test_failed_rows_are_counted_and_the_code_is_1(study, tmp_path, capsys, monkeypatch):
-    from fastncm.sweep import tasks
+    from fastncm.sweeping import tasks
 
     solve_chunk = tasks.solve_chunk
 
@@ -190,7 +190,7 @@ def test_another_studys_folder_is_bad_input(study, tmp_path, capsys):
 
 
 def test_a_sweep_that_breaks_off_has_a_code_of_its_own(study, tmp_path, capsys, monkeypatch):
-    from fastncm.sweep import parts
+    from fastncm.sweeping import parts
 
     def full(*_, **__):
         raise OSError(28, "No space left on device")

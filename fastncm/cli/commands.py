@@ -27,7 +27,7 @@ def solve(options: argparse.Namespace) -> int:
     output.announce_compiling()
 
     from fastncm.curve import solve as solve_curve
-    from fastncm.sweep.read import failed_rows
+    from fastncm.sweeping.read import failed_rows
 
     curve = solve_curve(scene)
     frame = curve.frame()
@@ -48,8 +48,8 @@ def solve(options: argparse.Namespace) -> int:
 
 def sweep(options: argparse.Namespace) -> int:
     """Run a study on all cores; print the table's place, the pictures and the best designs."""
-    from fastncm.sweep import BrokenOff
-    from fastncm.sweep import sweep as run_sweep
+    from fastncm.sweeping import BrokenOff
+    from fastncm.sweeping import sweep as run_sweep
 
     try:
         run = run_sweep(options.study, options.out, options.jobs)
@@ -74,8 +74,8 @@ def sweep(options: argparse.Namespace) -> int:
 
 def status(options: argparse.Namespace) -> int:
     """Say how far a sweep has come and what failed."""
-    from fastncm.sweep.folder import read_manifest
-    from fastncm.sweep.read import count_statuses
+    from fastncm.sweeping.folder import read_manifest
+    from fastncm.sweeping.read import count_statuses
 
     manifest = read_manifest(options.folder)
     counts = count_statuses(options.folder)

@@ -1,10 +1,10 @@
 """Polynomials that are orthonormal in the strain energy, tabulated at the Gauss points.
 
-The curvature is ``psi'(s) = sum_k u_k phi_k(s)`` with ``integral D phi_k phi_l ds = delta_kl`` where
-``D(s) = (w(s) / w(0))^3`` is the bending stiffness over that of the clamp. The energy is then
-``V = 1/2 sum_k u_k^2`` for every thickness profile: no stiffness matrix is integrated or factorised in
-the solver, and the unknowns are well scaled whatever the taper. On a uniform finger the phi_k are
-Legendre's. Shear angles are expanded in the same way with the weight ``A(s) = w(s) / w(0)``.
+The curvature is ``psi'(s) = sum_k u_k phi_k(s)`` with ``integral D phi_k phi_l ds = delta_kl``
+where ``D(s) = (w(s) / w(0))^3`` is the bending stiffness over that of the clamp. The energy is then
+``V = 1/2 sum_k u_k^2`` for every thickness profile: no stiffness matrix is integrated or factorised
+in the solver, and the unknowns are well scaled whatever the taper. On a uniform finger the phi_k
+are Legendre's. Shear angles are expanded in the same way with the weight ``A(s) = w(s) / w(0)``.
 
 (Lan & Lee 2008, eqs. (7), (8), expand psi and gamma in monomials, ill-conditioned beyond order 8.)
 """
@@ -18,8 +18,8 @@ from numpy.polynomial.legendre import leggauss
 from fastncm.kernels.cache import driver, kernel
 from fastncm.kernels.constants import MAX_ORDER
 
-#: Modes behind the last one that are tabulated for the error estimate: the first ones left out carry nearly
-#: all of the error, and one of them may vanish by symmetry.
+#: Modes behind the last one that are tabulated for the error estimate: the first ones left out
+#: carry nearly all of the error, and one of them may vanish by symmetry.
 BEYOND = 3
 #: Gauss points that integrate (weight of degree 3) x (two polynomials of degree 34) exactly.
 _EXACT = 40
@@ -28,8 +28,8 @@ _EXACT = 40
 class Quadrature(NamedTuple):
     """Gauss-Legendre rule on [0, 1] for one order.
 
-    nodes, weights: shape (Q,). integral: shape (Q, Q), ``integral[i, j]``: weight of the value at node j
-    in the integral from 0 to node i.
+    nodes, weights: shape (Q,). integral: shape (Q, Q), ``integral[i, j]``: weight of the value at
+    node j in the integral from 0 to node i.
     """
 
     nodes: np.ndarray
@@ -40,9 +40,9 @@ class Quadrature(NamedTuple):
 class Profile(NamedTuple):
     """Basis of one thickness profile at the Q Gauss points.
 
-    slope: (n, Q) integral of phi_k from 0 to the node; end: (n,) the same up to the tip; shear: (n, Q)
-    shear functions; shear_end: (n,) their values at the tip; area: (Q,) A. n counts the BEYOND modes that
-    follow those of the order.
+    slope: (n, Q) integral of phi_k from 0 to the node; end: (n,) the same up to the tip; shear: (n,
+    Q) shear functions; shear_end: (n,) their values at the tip; area: (Q,) A. n counts the BEYOND
+    modes that follow those of the order.
     """
 
     slope: np.ndarray
@@ -53,7 +53,8 @@ class Profile(NamedTuple):
 
 
 def quadrature_points(order: int) -> int:
-    """Gauss points for `order` modes: their error stays below that of the modes (tests/kernels/test_basis.py)."""
+    """Gauss points for `order` modes: their error stays below that of the modes
+    (tests/kernels/test_basis.py)."""
     return order + 3
 
 
@@ -81,11 +82,12 @@ def _unit_gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
 
 @driver
 def stieltjes(nodes, weights, recurrence):
-    """Three-term recurrence of the polynomials orthonormal for the discrete measure `weights` on `nodes`.
+    """Three-term recurrence of the polynomials orthonormal for the discrete measure `weights` on
+    `nodes`.
 
-    recurrence: (n, 2), overwritten: ``b_{k} phi_k = (s - a_k) phi_{k-1} - b_{k-1} phi_{k-2}``, row k holds
-    ``(a_k, b_k)``, row 0 ``(0, |1|)``. Stieltjes' procedure (Gautschi 2004, sec. 2.2.3), stable in double
-    precision for the smooth weights used here.
+    recurrence: (n, 2), overwritten: ``b_{k} phi_k = (s - a_k) phi_{k-1} - b_{k-1} phi_{k-2}``, row
+    k holds ``(a_k, b_k)``, row 0 ``(0, |1|)``. Stieltjes' procedure (Gautschi 2004, sec. 2.2.3),
+    stable in double precision for the smooth weights used here.
     """
     n = recurrence.shape[0]
     count = nodes.shape[0]
@@ -146,10 +148,11 @@ def integrate(recurrence, s, nodes, weights, out):
 
 @driver
 def fill_profile(ratio, exact_nodes, exact_weights, nodes, profile):
-    """Tables of a linear taper with tip thickness / clamp thickness = `ratio`, written into `profile`.
+    """Tables of a linear taper with tip thickness / clamp thickness = `ratio`, written into
+    `profile`.
 
-    exact_nodes, exact_weights: the rule for the orthonormalisation; nodes: (Q,) where to tabulate. The
-    shear part is left out where `profile.shear` has no rows.
+    exact_nodes, exact_weights: the rule for the orthonormalisation; nodes: (Q,) where to tabulate.
+    The shear part is left out where `profile.shear` has no rows.
     """
     count = exact_nodes.shape[0]
     order = profile.slope.shape[0]
@@ -195,7 +198,8 @@ def _fill_profiles(ratios, exact_nodes, exact_weights, nodes, tables):
 
 
 def profiles(ratios: np.ndarray, order: int, shear: bool) -> Profile:
-    """Tables of all linear tapers `ratios` (tip / clamp thickness, shape (P,)), stacked along axis 0.
+    """Tables of all linear tapers `ratios` (tip / clamp thickness, shape (P,)), stacked along axis
+    0.
 
     order: modes per field (2 to 32); shear: whether the shear functions are wanted.
     """
@@ -223,7 +227,8 @@ def profiles(ratios: np.ndarray, order: int, shear: bool) -> Profile:
 
 
 def fields(ratio: float, order: int, shear: bool, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values at the points `s` (R,) of the first `order` bending angles (integrals of phi_k) and shear functions.
+    """Values at the points `s` (R,) of the first `order` bending angles (integrals of phi_k) and
+    shear functions.
 
     Each (order, R); the second has no rows without `shear`.
     """

@@ -1,8 +1,9 @@
 """The one decorator for compiled code, and where its machine code is kept.
 
-Numba's own ``cache=True`` looks only at the file of the function itself: after an edit to a helper in
-*another* file it runs stale machine code and gives wrong answers. Here the cache directory carries a
-hash of every source file that holds compiled code, so that an edit to any of them starts a new one.
+Numba's own ``cache=True`` looks only at the file of the function itself: after an edit to a helper
+in *another* file it runs stale machine code and gives wrong answers. Here the cache directory
+carries a hash of every source file that holds compiled code, so that an edit to any of them starts
+a new one.
 """
 
 import functools
@@ -19,6 +20,9 @@ import numba
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
+#: True where Numba is told to compile nothing (``NUMBA_DISABLE_JIT=1``), for coverage.
+JIT_OFF = bool(getattr(config, "DISABLE_JIT", False))
+
 _PACKAGE = Path(__file__).resolve().parent.parent
 #: Folders whose files hold compiled code.
 COMPILED_FOLDERS = ("kernels", "sqp", "path")
@@ -31,7 +35,8 @@ def source_hash() -> str:
         for file in sorted((_PACKAGE / folder).rglob("*.py")):
             digest.update(file.relative_to(_PACKAGE).as_posix().encode())
             digest.update(file.read_bytes())
-    digest.update(f"{numba.__version__} bounds={config.BOUNDSCHECK} opt={config.OPT}".encode())
+    switches = [getattr(config, name) for name in ("BOUNDSCHECK", "OPT")]
+    digest.update(f"{numba.__version__} {switches}".encode())
     return digest.hexdigest()[:16]
 
 
@@ -62,7 +67,7 @@ def cache_directory() -> Path:
 
 def is_cold() -> bool:
     """True where the next solve has to compile first (no machine code of this version on disk)."""
-    return not config.DISABLE_JIT and not any(cache_directory().glob("*.nbi"))
+    return not JIT_OFF and not any(cache_directory().glob("*.nbi"))
 
 
 class _KernelLocator(_CacheLocator):
@@ -87,7 +92,7 @@ class _KernelLocator(_CacheLocator):
 
 
 class _KernelCacheImpl(CompileResultCacheImpl):
-    _locator_classes = [_KernelLocator]
+    _locator_classes = [_KernelLocator]  # type: ignore[list-item]
 
 
 class _KernelCache(FunctionCache):
@@ -104,18 +109,20 @@ _OPTIONS: dict[str, Any] = {
 
 
 def _compile(function: Callable[..., Any], **extra: Any) -> Any:
-    if config.DISABLE_JIT:
+    if JIT_OFF:
         return function
-    compiled = numba.njit(**{**_OPTIONS, **extra}, no_cfunc_wrapper=True)(function)
+    options: dict[str, Any] = {**_OPTIONS, **extra, "no_cfunc_wrapper": True}
+    compiled: Any = numba.njit(**options)(function)
     compiled._cache = _KernelCache(function)
     return compiled
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that allocates nothing, in nopython mode, without the GIL, cached as above.
+    """Compile a function that allocates nothing, in nopython mode, without the GIL, cached as
+    above.
 
-    Compiled without Numba's reference counts (``_nrt=False``): their atomic operations on every array of
-    every named tuple made a contact solve five times slower, and compilation three times.
+    Compiled without Numba's reference counts (``_nrt=False``): their atomic operations on every
+    array of every named tuple made a contact solve five times slower, and compilation three times.
     """
     return _compile(function, _nrt=False)
 
@@ -123,7 +130,8 @@ def kernel(function: Callable[..., Any]) -> Any:
 def inner(function: Callable[..., Any]) -> Any:
     """Like `kernel`, for functions of the whole state that only compiled code calls.
 
-    They have no wrapper for calls from Python: unboxing a named tuple of 40 arrays is most of their code.
+    They have no wrapper for calls from Python: unboxing a named tuple of 40 arrays is most of their
+    code.
     """
     return _compile(function, _nrt=False, no_cpython_wrapper=True)
 
@@ -143,6 +151,4 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 def inlined_in_order(function: Callable[..., Any]) -> Any:
     """Like `inlined`, for arithmetic whose order matters: sums are not reordered."""
-    return _compile(
-        function, _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"}
-    )
+    return _compile(function, _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})

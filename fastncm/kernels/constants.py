@@ -1,12 +1,14 @@
 """Sizes, feature codes and tolerances of the compiled code, each with its reason."""
 
-from numba.core import config
+from fastncm.kernels.cache import JIT_OFF
 
-#: Designs that stand side by side in the innermost axis of the work arrays. 16 doubles are two AVX-512
-#: or four AVX2 registers; with the JIT off (coverage) two are enough to exercise the masks.
-LANES = 2 if config.DISABLE_JIT else 16
+#: Designs that stand side by side in the innermost axis of the work arrays: four AVX-512 registers.
+#: More lanes share the overhead of each loop (a sweep takes 1.28, 0.71, 0.64, 0.59 us a solve with
+#: 8, 16, 24, 32); with the JIT off (coverage) two are enough to exercise the masks.
+LANES = 2 if JIT_OFF else 32
 
-#: Most modes of a field (order 2 to 32; above that the force of no scene changes in double precision).
+#: Most modes of a field (order 2 to 32; above that the force of no scene changes in double
+#: precision).
 MAX_ORDER = 32
 
 # --- targets -----------------------------------------------------------------------------------
@@ -38,12 +40,14 @@ VOID_GAP = 1.0
 # --- forms of the contact constraints ------------------------------------------------------------
 CLOSEST, POINTS_ON_FINGER, POINTS_ON_TARGET = 0, 1, 2
 
-# --- a gap and its derivatives by the pose (tuple of `kernels.gap`, rows of the work arrays) ---------
+# --- a gap and its derivatives by the pose (tuple of `kernels.gap`, rows of work arrays) ---------
 GAP, GX, GY, GP, HXX, HXY, HYY, HXP, HYP, HPP, PX, PY, FEATURE = range(13)
 GAP_COLUMNS = 13
 
 # --- arithmetic ---------------------------------------------------------------------------------
-#: Error of a gap (in finger lengths) that is due to rounding: some ten operations on numbers near 1.
+#: Error of a gap (in finger lengths) that is due to rounding: some ten operations on numbers near
+#: 1.
 GAP_ROUNDING = 4e-16
-#: KKT residual up to which a contact so light that rounding decides (gap below GAP_ROUNDING) is accepted.
+#: KKT residual up to which a contact so light that rounding decides (gap below GAP_ROUNDING) is
+#: accepted.
 GRAZING = 1e-3

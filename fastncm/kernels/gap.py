@@ -1,20 +1,22 @@
-"""Gap functions between jaw and target with first and second derivatives (Lan & Lee 2008, eqs. (9), (10)).
+"""Gap functions between jaw and target with first and second derivatives (Lan & Lee 2008, eqs. (9),
+(10)).
 
 Two formulas serve all pairs:
 
-* `target_point_gap`: a point of the target, `r` inside its surface (the centre of a circle; `r = 0` for
-  a sharp corner), in the distance field of the jaw's line, arc or corner. This is (10b).
-* `plane_gap`: a point of the jaw (a corner, or the extreme point of a convex arc) in front of a plane
-  of the target. With `target_point_gap` for a jaw point it is (10a).
+* `target_point_gap`: a point of the target, `r` inside its surface (the centre of a circle; `r = 0`
+  for a sharp corner), in the distance field of the jaw's line, arc or corner. This is (10b).
+* `plane_gap`: a point of the jaw (a corner, or the extreme point of a convex arc) in front of a
+  plane of the target. With `target_point_gap` for a jaw point it is (10a).
 
-All gaps are signed distances in units of the finger's length, so that a multiplier is a force. A pose is
-`(x, y, psi)`: the tip's position and the angle of its section; the jaw turns with
-``[[cos, -sin], [sin, cos]]`` (the paper's (9) prints the inverse). A gap is the tuple
+All gaps are signed distances in units of the finger's length, so that a multiplier is a force. A
+pose is `(x, y, psi)`: the tip's position and the angle of its section; the jaw turns with ``[[cos,
+-sin], [sin, cos]]`` (the paper's (9) prints the inverse). A gap is the tuple
 
 ``(g, gx, gy, gp, hxx, hxy, hyy, hxp, hyp, hpp, px, py, feature)``
 
 with the derivatives by the pose, the contact point `(px, py)` in space and the feature's code. The
-target moves along x, hence the derivative of `g` by its position is ``-gx``, that of `gx` ``-hxx`` ...
+target moves along x, hence the derivative of `g` by its position is ``-gx``, that of `gx` ``-hxx``
+...
 """
 
 import numpy as np
@@ -25,11 +27,12 @@ from fastncm.kernels.cache import inlined
 
 @inlined
 def target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, feature):
-    """Gap between the circle of radius `r` about the target point `(px, py)` and one curve of the jaw.
+    """Gap between the circle of radius `r` about the target point `(px, py)` and one curve of the
+    jaw.
 
-    The curve is, in the jaw's frame, the arc of centre `(mx, my)` and radius ``|rho|`` (``rho > 0``:
-    solid inside; ``rho < 0``: solid outside), a corner (``rho = 0``, ``nx = ny = 0``), or the straight
-    line through `(mx, my)` with the unit normal `(nx, ny)`.
+    The curve is, in the jaw's frame, the arc of centre `(mx, my)` and radius ``|rho|`` (``rho >
+    0``: solid inside; ``rho < 0``: solid outside), a corner (``rho = 0``, ``nx = ny = 0``), or the
+    straight line through `(mx, my)` with the unit normal `(nx, ny)`.
     """
     dx, dy = px - x, py - y
     qx, qy = cos * dx + sin * dy, cos * dy - sin * dx  # the target point in the jaw's frame
@@ -43,8 +46,8 @@ def target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, feature):
     else:
         curvature = 0.0
         field = nx * ex + ny * ey
-    # The field's gradient is n, its Hessian curvature t t^T with t = (-ny, nx). With q = R^T (p - x):
-    # dq/dx = -R^T, dq/dpsi = (qy, -qx), d2q/dpsi2 = -q.
+    # The field's gradient is n, its Hessian curvature t t^T with t = (-ny, nx). With q = R^T (p -
+    # x): dq/dx = -R^T, dq/dpsi = (qy, -qx), d2q/dpsi2 = -q.
     wx, wy = cos * nx - sin * ny, sin * nx + cos * ny  # n in space, from the jaw to the target
     along = -ny * qy - nx * qx  # t . dq/dpsi
     hxp = wy + curvature * wy * along
@@ -68,7 +71,8 @@ def target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, feature):
 
 @inlined
 def plane_gap(qx, qy, rho, nx, ny, px, py, x, y, cos, sin, feature):
-    """Gap between the jaw's point (or arc) `(qx, qy)`, `rho` in its frame and a plane of the target.
+    """Gap between the jaw's point (or arc) `(qx, qy)`, `rho` in its frame and a plane of the
+    target.
 
     The plane goes through `(px, py)`; `(nx, ny)` is its unit normal out of the target.
     """
@@ -108,7 +112,8 @@ def jaw_gap(jaw, d, part, px, py, r, x, y, cos, sin):
 
 @inlined
 def nearest_part(jaw, d, px, py, x, y, cos, sin):
-    """The part of the jaw (`ON_EDGE`, `ON_A`, `ON_B`) that is nearest to the point `(px, py)` in space."""
+    """The part of the jaw (`ON_EDGE`, `ON_A`, `ON_B`) that is nearest to the point `(px, py)` in
+    space."""
     dx, dy = px - x, py - y
     qx, qy = cos * dx + sin * dy, cos * dy - sin * dx
     ax, ay, bx, by = qx - jaw[d, c.AX], qy - jaw[d, c.AY], qx - jaw[d, c.BX], qy - jaw[d, c.BY]
@@ -123,7 +128,8 @@ def nearest_part(jaw, d, px, py, x, y, cos, sin):
 
 @inlined
 def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
-    """Gap of one given contact feature of design `d`, without asking whether it is the one that touches.
+    """Gap of one given contact feature of design `d`, without asking whether it is the one that
+    touches.
 
     jaw: (D, JAW_COLUMNS), target: (D, TARGET_COLUMNS), `t` the target's position along the path.
     """
@@ -153,7 +159,8 @@ def corner_on_block(qx, qy, underside, face, t, py, x, y, cos, sin):
 
 @inlined
 def arc_faces(jaw, d, nx, ny, cos, sin):
-    """True where the point of the convex arc with the outward normal `(nx, ny)` in space is on it."""
+    """True where the point of the convex arc with the outward normal `(nx, ny)` in space is on
+    it."""
     qx, qy = cos * nx + sin * ny, cos * ny - sin * nx  # the normal in the jaw's frame
     # the jaw's outward normals at a and b are their tangents turned to the left
     after_a = jaw[d, c.TAX] * qx + jaw[d, c.TAY] * qy >= 0.0
@@ -166,8 +173,9 @@ def arc_faces(jaw, d, nx, ny, cos, sin):
 def block_feature(jaw, target, d, t, x, y, cos, sin):
     """The feature by which a straight or convex jaw touches the block.
 
-    Both are convex, so there is one: where the block's corner lies over the edge and the edge's normal there
-    points into the block, that pair; else the point of the jaw that is foremost against a plane.
+    Both are convex, so there is one: where the block's corner lies over the edge and the edge's
+    normal there points into the block, that pair; else the point of the jaw that is foremost
+    against a plane.
     """
     py, rho = target[d, c.TARGET_Y], jaw[d, c.RHO]
     part = nearest_part(jaw, d, t, py, x, y, cos, sin)
@@ -200,8 +208,9 @@ def block_feature(jaw, target, d, t, x, y, cos, sin):
 
 @inlined
 def closest_count(kind, jaw, d):
-    """How many constraints the closed form needs: one, but for a concave arc, whose two corners may touch
-    at once: two against the circle (the nearest part and the farther corner), three against the block."""
+    """How many constraints the closed form needs: one, but for a concave arc, whose two corners may
+    touch at once: two against the circle (the nearest part and the farther corner), three against
+    the block."""
     if jaw[d, c.RHO] >= 0.0:
         return 1
     return 2 if kind == c.CIRCLE else 3
@@ -209,7 +218,8 @@ def closest_count(kind, jaw, d):
 
 @inlined
 def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
-    """The feature of constraint `k` in the closed form at this pose (`VOID` where nothing faces)."""
+    """The feature of constraint `k` in the closed form at this pose (`VOID` where nothing
+    faces)."""
     py = target[d, c.TARGET_Y]
     if kind == c.BLOCK:
         if jaw[d, c.RHO] >= 0.0:
@@ -237,7 +247,8 @@ def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
 
 @inlined
 def closest_gap(kind, hold, jaw, target, d, t, x, y, cos, sin):
-    """The smallest gap of all constraints of the closed form; of feature `hold` where that is >= 0."""
+    """The smallest gap of all constraints of the closed form; of feature `hold` where that is >=
+    0."""
     if hold >= 0:
         return feature_gap(hold, jaw, target, d, t, x, y, cos, sin)
     feature = closest_feature(kind, 0, jaw, target, d, t, x, y, cos, sin)

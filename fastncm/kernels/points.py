@@ -1,7 +1,8 @@
-"""Contact constraints of one design in their three forms (Lan & Lee 2008, eqs. (10a), (10b), and closed form).
+"""Contact constraints of one design in their three forms (Lan & Lee 2008, eqs. (10a), (10b), and
+closed form).
 
-In the point forms one of the two surfaces is replaced by M points: cheap to state for any gap function,
-but the contact jumps from point to point, and the force converges only as 1/M or 1/M^2.
+In the point forms one of the two surfaces is replaced by M points: cheap to state for any gap
+function, but the contact jumps from point to point, and the force converges only as 1/M or 1/M^2.
 """
 
 import numpy as np
@@ -15,8 +16,8 @@ from fastncm.kernels.cache import inlined, kernel
 def constraint_count(form, points, kind, jaw, d):
     """Number of constraints of this form; `points` is M.
 
-    The sharp corners of the surface that is not discretised are constraints too: otherwise they catch
-    between two points like in the teeth of a comb.
+    The sharp corners of the surface that is not discretised are constraints too: otherwise they
+    catch between two points like in the teeth of a comb.
     """
     if form == c.CLOSEST:
         return gap.closest_count(kind, jaw, d)
@@ -27,8 +28,8 @@ def constraint_count(form, points, kind, jaw, d):
 
 @inlined
 def jaw_point(jaw, d, fraction):
-    """The point of the jaw's edge at `fraction` of its length from a to b, and the outward normal there, in
-    the jaw's frame: ``(x, y, nx, ny)``."""
+    """The point of the jaw's edge at `fraction` of its length from a to b, and the outward normal
+    there, in the jaw's frame: ``(x, y, nx, ny)``."""
     rho = jaw[d, c.RHO]
     if rho == 0.0:
         x = jaw[d, c.AX] + fraction * (jaw[d, c.BX] - jaw[d, c.AX])
@@ -47,26 +48,27 @@ def jaw_point(jaw, d, fraction):
 def jaw_point_gap(kind, fraction, jaw, target, d, t, x, y, cos, sin):
     """Gap of one point of the jaw against the target (10a).
 
-    Against the block the gap is the largest of three: to its face, to its underside, and of its corner to
-    the jaw's tangent at the point. Without the last, a point that has not passed the corner yet would hook
-    behind the face although the jaw's edge slides over the corner. (It does not count once the corner has
-    left the edge.)
+    Against the block the gap is the largest of three: to its face, to its underside, and of its
+    corner to the jaw's tangent at the point. Without the last, a point that has not passed the
+    corner yet would hook behind the face although the jaw's edge slides over the corner. (It does
+    not count once the corner has left the edge.)
     """
     qx, qy, nx, ny = jaw_point(jaw, d, fraction)
     py, radius = target[d, c.TARGET_Y], target[d, c.TARGET_RADIUS]
     if kind == c.CIRCLE:
-        return gap.target_point_gap(
-            qx, qy, 0.0, 0.0, 0.0, t, py, radius, x, y, cos, sin, c.ON_EDGE
-        )
+        return gap.target_point_gap(qx, qy, 0.0, 0.0, 0.0, t, py, radius, x, y, cos, sin, c.ON_EDGE)
     before = t - (x + cos * qx - sin * qy)
     below = py - (y + sin * qx + cos * qy)
     wx, wy = cos * nx - sin * ny, sin * nx + cos * ny
     plane = max(before, below)
     over_edge = gap.nearest_part(jaw, d, t, py, x, y, cos, sin) == c.ON_EDGE
-    if over_edge and wx >= 0.0 and wy >= 0.0 and (plane <= 0.0 or wx * before + wy * below >= plane):
-        return gap.target_point_gap(
-            qx, qy, 0.0, nx, ny, t, py, 0.0, x, y, cos, sin, c.ON_EDGE
-        )
+    if (
+        over_edge
+        and wx >= 0.0
+        and wy >= 0.0
+        and (plane <= 0.0 or wx * before + wy * below >= plane)
+    ):
+        return gap.target_point_gap(qx, qy, 0.0, nx, ny, t, py, 0.0, x, y, cos, sin, c.ON_EDGE)
     nx, ny = (-1.0, 0.0) if before > below else (0.0, -1.0)
     return gap.plane_gap(qx, qy, 0.0, nx, ny, t, py, x, y, cos, sin, c.ON_EDGE)
 

@@ -1,7 +1,7 @@
 """The dimensionless problem: what `lowering` hands to the compiled code.
 
-Lengths are in units of the finger's length L, forces in E I / L^2 of the clamp's section, energies in
-E I / L. Nothing below this line knows metres or newtons.
+Lengths are in units of the finger's length L, forces in E I / L^2 of the clamp's section, energies
+in E I / L. Nothing below this line knows metres or newtons.
 """
 
 from typing import NamedTuple
@@ -16,11 +16,12 @@ class Problem(NamedTuple):
     """A chunk of D designs that share order, kind of target and form of the constraints.
 
     rule: Gauss rule of the order (Q points). profile: basis tables of the P different thickness
-    profiles, stacked (`kernels.basis.profiles`). profile_of: (D,) int64, which of them. ratio: (D,) tip over
-    clamp thickness. shear_stiffness: (D,) kappa G A L^2 / (E I) at the clamp (not read without shear).
-    printed_section: 1 where the section turns by psi + gamma as printed. jaw: (D, JAW_COLUMNS); target:
-    (D, TARGET_COLUMNS). positions: (D, N) of the target, in the order to solve. kind: CIRCLE or BLOCK; form:
-    CLOSEST, POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of the latter two.
+    profiles, stacked (`kernels.basis.profiles`). profile_of: (D,) int64, which of them. ratio: (D,)
+    tip over clamp thickness. shear_stiffness: (D,) kappa G A L^2 / (E I) at the clamp (not read
+    without shear). printed_section: 1 where the section turns by psi + gamma as printed. jaw: (D,
+    JAW_COLUMNS); target: (D, TARGET_COLUMNS). positions: (D, N) of the target, in the order to
+    solve. kind: CIRCLE or BLOCK; form: CLOSEST, POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of
+    the latter two.
     """
 
     rule: Quadrature
@@ -40,8 +41,9 @@ class Problem(NamedTuple):
 class Basis(NamedTuple):
     """Basis of the designs in the lanes; the lane is the last axis. m = bending + shear modes.
 
-    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; beyond, beyond_end: the same of the first modes
-    that are left out, BEYOND of each field, for the error estimate; area: (Q, LANES) w/w0; ratio: (LANES,).
+    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; beyond, beyond_end: the same
+    of the first modes that are left out, BEYOND of each field, for the error estimate; area: (Q,
+    LANES) w/w0; ratio: (LANES,).
     """
 
     slope: np.ndarray
@@ -68,7 +70,8 @@ def beyond_count(problem):
 def fill_basis(problem, d, lane, basis):
     """Write the tables of design `d` into `lane`.
 
-    The shear functions are divided by sqrt(kappa G A L^2 / E I), which makes them orthonormal in the energy.
+    The shear functions are divided by sqrt(kappa G A L^2 / E I), which makes them orthonormal in
+    the energy.
     """
     p = problem.profile_of[d]
     tables = problem.profile

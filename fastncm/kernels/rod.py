@@ -1,7 +1,9 @@
-"""The finger's axis: angle, position and tip pose with derivatives, for `LANES` designs side by side.
+"""The finger's axis: angle, position and tip pose with derivatives, for `LANES` designs side by
+side.
 
-Unknowns are the coefficients ``u`` (m, LANES) of the energy-orthonormal basis (`kernels.basis`): bending
-modes first, then shear modes where the scene has shear. In units of the finger's length L and of E I / L:
+Unknowns are the coefficients ``u`` (m, LANES) of the energy-orthonormal basis (`kernels.basis`):
+bending modes first, then shear modes where the scene has shear. In units of the finger's length L
+and of E I / L:
 
 * angle ``theta(s_q) = psi + gamma = sum_k u_k slope_kq``
 * position ``x(s) = int cos theta ds``, ``y(s) = int sin theta ds``     (Lan & Lee 2008, eq. (1))
@@ -14,8 +16,9 @@ from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.trig import sincos
 
-# Sizes that LLVM knows at compile time: the length of a tuple is part of its type. With them the sums over
-# modes and nodes are unrolled and stay in registers: gradient 35 -> 7 ns, Hessian 77 -> 32 ns per design.
+# Sizes that LLVM knows at compile time: the length of a tuple is part of its type. With them the
+# sums over modes and nodes are unrolled and stay in registers: gradient 35 -> 7 ns, Hessian 77 ->
+# 32 ns per design.
 _4, _5, _7, _8 = (0,) * 4, (0,) * 5, (0,) * 7, (0,) * 8
 
 
@@ -23,8 +26,8 @@ _4, _5, _7, _8 = (0,) * 4, (0,) * 5, (0,) * 7, (0,) * 8
 def tip_pose(slope, end, weights, u, sin, cos, pose):
     """Angles at the Gauss points and the tip's pose.
 
-    slope: (m, Q, LANES); end: (m, LANES); weights: (Q,); u: (m, LANES). Overwritten: sin, cos: (Q, LANES) of
-    the angle; pose: (3, LANES), the tip's x, y and the angle of its section.
+    slope: (m, Q, LANES); end: (m, LANES); weights: (Q,); u: (m, LANES). Overwritten: sin, cos: (Q,
+    LANES) of the angle; pose: (3, LANES), the tip's x, y and the angle of its section.
     """
     modes, points = slope.shape[0], slope.shape[1]
     for lane in range(LANES):
@@ -104,7 +107,8 @@ def _pose_gradient(slope, weights, sin, cos, gradient, modes, points):
 
 @kernel
 def add_position_hessian(slope, weights, sin, cos, fx, fy, work, hessian):
-    """Add the Hessian of ``-(fx x + fy y)`` of the tip: the stiffness that the force `(fx, fy)` gives.
+    """Add the Hessian of ``-(fx x + fy y)`` of the tip: the stiffness that the force `(fx, fy)`
+    gives.
 
     fx, fy: (LANES,); work: (Q, LANES), overwritten; hessian: (m, m, LANES), lower triangle changed.
     """
@@ -138,7 +142,8 @@ def _add_outer_products(slope, work, hessian, modes, points):
 
 @kernel
 def node_positions(integral, sin, cos, x, y):
-    """Positions of the Gauss points on the axis. integral: (Q, Q); x, y: (Q, LANES), overwritten."""
+    """Positions of the Gauss points on the axis. integral: (Q, Q); x, y: (Q, LANES),
+    overwritten."""
     points = sin.shape[0]
     if points == 7:
         _integrate(integral, cos, x, _7)

@@ -1,9 +1,10 @@
 """L D L^T factors of small symmetric matrices, for `LANES` designs side by side.
 
-There is no pivoting: the Lagrangian's Hessian is the identity plus the stiffness of the contact force. It
-may have a negative eigenvalue (a corner that slides around a small circle) and still be positive definite
-along the constraint. By Sylvester's law of inertia the solution is a minimum where as many pivots are
-negative as ``A H^-1 A^T`` has negative eigenvalues (Nocedal & Wright 2006, th. 16.3).
+There is no pivoting: the Lagrangian's Hessian is the identity plus the stiffness of the contact
+force. It may have a negative eigenvalue (a corner that slides around a small circle) and still be
+positive definite along the constraint. By Sylvester's law of inertia the solution is a minimum
+where as many pivots are negative as ``A H^-1 A^T`` has negative eigenvalues (Nocedal & Wright 2006,
+th. 16.3).
 """
 
 from fastncm.kernels.cache import kernel
@@ -12,7 +13,8 @@ from fastncm.kernels.constants import LANES
 
 @kernel
 def factorise(a, negative):
-    """Overwrite the lower triangle of `a` (m, m, LANES) by its unit factor L, the diagonal by 1 / D.
+    """Overwrite the lower triangle of `a` (m, m, LANES) by its unit factor L, the diagonal by 1 /
+    D.
 
     negative: (LANES,), overwritten: number of negative pivots of each lane.
     """
@@ -35,7 +37,8 @@ def factorise(a, negative):
 
 @kernel
 def solve(a, x):
-    """Solve with the factor from `factorise`. x: (m, LANES), right-hand side on entry, solution on return."""
+    """Solve with the factor from `factorise`. x: (m, LANES), right-hand side on entry, solution on
+    return."""
     m = a.shape[0]
     for i in range(1, m):
         for k in range(i):

@@ -9,7 +9,8 @@ import numpy as np
 from fastncm.kernels.cache import inlined_in_order
 
 _TWO_OVER_PI = 0.6366197723675814
-# pi/2 in three parts (fdlibm, s_rem_pio2.c): products of the first two with integers below 2^20 are exact
+# pi/2 in three parts (fdlibm, s_rem_pio2.c): products of the first two with integers below 2^20 are
+# exact
 _HALF_PI_1 = 1.57079632673412561417
 _HALF_PI_2 = 6.07710050630396597660e-11
 _HALF_PI_3 = 2.02226624871116645580e-21
@@ -35,7 +36,8 @@ def sincos(x):
     c = c * z - 1.38888888888730564116e-3
     c = c * z + 4.16666666666665929218e-2
     c = (1.0 - 0.5 * z) + z * z * c
-    # Quadrant n mod 4 without a branch: an odd one swaps sine and cosine, the upper two change the sign.
+    # Quadrant n mod 4 without a branch: an odd one swaps sine and cosine, the upper two change the
+    # sign.
     half = np.floor(0.5 * n)
     odd = n - 2.0 * half
     sign = 1.0 - 2.0 * (half - 2.0 * np.floor(0.5 * half))

@@ -1,7 +1,7 @@
 """Where one contact feature ends and the next begins.
 
-A boundary is a function ``e(pose, t)`` that is zero where both features touch in the same place. All of them
-depend on the target's position minus the tip's, so that ``de/dt = -de/dx``.
+A boundary is a function ``e(pose, t)`` that is zero where both features touch in the same place.
+All of them depend on the target's position minus the tip's, so that ``de/dt = -de/dx``.
 """
 
 from fastncm.kernels import constants as c
@@ -10,7 +10,8 @@ from fastncm.kernels.cache import inlined
 
 @inlined
 def _jaw_end(cx, cy, tx, ty, px, py, x, y, cos, sin):
-    """Distance of the point `(px, py)` in space from the jaw's corner `(cx, cy)` along the tangent there."""
+    """Distance of the point `(px, py)` in space from the jaw's corner `(cx, cy)` along the tangent
+    there."""
     dx, dy = px - x, py - y
     qx, qy = cos * dx + sin * dy, cos * dy - sin * dx
     wx, wy = cos * tx - sin * ty, sin * tx + cos * ty
@@ -27,7 +28,8 @@ def _one_of(first, second, feature, other):
 def boundary(first, second, jaw, target, d, t, x, y, cos, sin):
     """The function that is zero at the change between the features `first` and `second`.
 
-    Returns ``(e, de/dx, de/dy, de/dpsi, known)``; `known` is False where the two have no common boundary.
+    Returns ``(e, de/dx, de/dy, de/dpsi, known)``; `known` is False where the two have no common
+    boundary.
     """
     py = target[d, c.TARGET_Y]
     low, high = min(first, second), max(first, second)

@@ -1,7 +1,8 @@
 """Paths by the SQP: for designs that the lanes' Newton method leaves over, and for the point forms.
 
-The branch that counts is the one that starts at first touch. So where the SQP fails from the nearest known
-shape, the target is led there in ever smaller steps from the last position that was solved.
+The branch that counts is the one that starts at first touch. So where the SQP fails from the
+nearest known shape, the target is led there in ever smaller steps from the last position that was
+solved.
 """
 
 from typing import NamedTuple
@@ -26,7 +27,8 @@ _STEPS = (1, 4, 16, 64)
 
 
 class Spare(NamedTuple):
-    """One design's tables in lane 0, slope (m, Q, LANES) and end (m, LANES), and its shapes u, u_start (m,)."""
+    """One design's tables in lane 0, slope (m, Q, LANES) and end (m, LANES), and its shapes u,
+    u_start (m,)."""
 
     slope: np.ndarray
     end: np.ndarray
@@ -59,14 +61,13 @@ def most_constraints(problem):
 @driver
 def make_sqp(problem):
     """Workspace of the SQP for every design of the problem."""
-    return make_work(
-        mode_count(problem), problem.rule.weights.shape[0], most_constraints(problem)
-    )
+    return make_work(mode_count(problem), problem.rule.weights.shape[0], most_constraints(problem))
 
 
 @inner
 def approach(design, start, stop, spare, work, options):
-    """Solve at `stop`, coming from the shape ``spare.u_start`` at `start`; the solution is left in ``spare.u``.
+    """Solve at `stop`, coming from the shape ``spare.u_start`` at `start`; the solution is left in
+    ``spare.u``.
 
     Returns ``(status, iterations)``, the iterations of all attempts.
     """
@@ -92,8 +93,8 @@ def approach(design, start, stop, spare, work, options):
 def _resultant(work, gap):
     """Write the resultant of all contacts into `gap` (GAP_COLUMNS,), with unit force.
 
-    Its direction, its moment about the tip, and the force-weighted mean place; no second derivatives.
-    Returns ``(force, contacts)``.
+    Its direction, its moment about the tip, and the force-weighted mean place; no second
+    derivatives. Returns ``(force, contacts)``.
     """
     for column in range(c.GAP_COLUMNS):
         gap[column] = 0.0
@@ -116,8 +117,8 @@ def _resultant(work, gap):
 
 @inner
 def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multipliers):
-    """Solve the position of `lane` by the SQP; sets the lane's shape, force and `good`, and the row's status,
-    residual, iterations and contacts.
+    """Solve the position of `lane` by the SQP; sets the lane's shape, force and `good`, and the
+    row's status, residual, iterations and contacts.
 
     Where the contact is not a single smooth one, the lane holds the resultant ``AS_STORED``.
     """
@@ -138,9 +139,7 @@ def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multiplie
         problem.form,
         problem.points,
     )
-    result, iterations = approach(
-        design, walk.t[lane], lanes.t[lane], spare, work, options
-    )
+    result, iterations = approach(design, walk.t[lane], lanes.t[lane], spare, work, options)
     row[rows.POSITION] = lanes.t[lane]
     row[rows.STATUS] = result
     row[rows.ITERATIONS] += iterations
@@ -169,7 +168,8 @@ def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multiplie
 def trace_carefully(problem, options, trace):
     """Solve all positions of all designs by the SQP, in whatever form their constraints have.
 
-    options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row with a status.
+    options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
+    with a status.
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]

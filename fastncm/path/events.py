@@ -1,15 +1,16 @@
-"""Events between the positions of a path: first touch, loss of contact, change of the contact feature.
+"""Events between the positions of a path: first touch, loss of contact, change of the contact
+feature.
 
-The peak of the insertion force is often one of them (the contact reaches the jaw's corner a): a kink or a
-jump, which no grid of positions hits. Each is found by Newton's method in the target's position, on the
-branch whose feature is held although the contact may have passed its end, so that everything is smooth.
+The peak of the insertion force is often one of them (the contact reaches the jaw's corner a): a
+kink or a jump, which no grid of positions hits. Each is found by Newton's method in the target's
+position, on the branch whose feature is held although the contact may have passed its end, so that
+everything is smooth.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.trig import sincos
@@ -20,7 +21,8 @@ from fastncm.path.touch import locate_touch
 from fastncm.path.trace import EVENTS, begin_block
 from fastncm.sqp import status
 
-#: Newton steps in the target's position, and the last step's length (finger lengths) that ends them.
+#: Newton steps in the target's position, and the last step's length (finger lengths) that ends
+#: them.
 _STEPS = 12
 _LOCATED = 1e-13
 #: Newton steps for the shape at each of them.
@@ -30,9 +32,10 @@ _SHAPE_STEPS = 8
 class Search(NamedTuple):
     """Each lane's next event; all (LANES,).
 
-    begin: first interval not searched yet; used: event slots filled; kind, interval: of the next event;
-    located: whether it was found; early: whether it lies behind the next row; change: where; goal: the
-    feature behind a change; near, far: positions of the rows on both sides of the interval.
+    begin: first interval not searched yet; used: event slots filled; kind, interval: of the next
+    event; located: whether it was found; early: whether it lies behind the next row; change: where;
+    goal: the feature behind a change; near, far: positions of the rows on both sides of the
+    interval.
     """
 
     begin: np.ndarray
@@ -237,8 +240,8 @@ def _changes(problem, lanes, at, measuring, tolerance, trace):
 def _mend_early_rows(problem, lanes, at, measuring, tolerance, trace):
     """Solve the row behind the interval again where the change turned out to lie behind that row.
 
-    Close to a jump both features are in equilibrium; the row had left the branch too early. The lanes get
-    the located state back, and the event belongs to the next interval.
+    Close to a jump both features are in equilibrium; the row had left the branch too early. The
+    lanes get the located state back, and the event belongs to the next interval.
     """
     early = False
     for lane in range(LANES):
@@ -271,7 +274,8 @@ def _mend_early_rows(problem, lanes, at, measuring, tolerance, trace):
 
 @driver
 def locate_events(problem, tolerance, trace):
-    """Locate the events of all designs of a solved trace, and write their rows behind its positions."""
+    """Locate the events of all designs of a solved trace, and write their rows behind its
+    positions."""
     designs, positions = problem.positions.shape
     points = problem.rule.weights.shape[0]
     lanes = make_lanes(problem)
@@ -292,7 +296,8 @@ def locate_events(problem, tolerance, trace):
 
 @inner
 def _next_events(lanes, at, trace, positions):
-    """Find the next event of each lane. Returns whether there are touches, and whether there are changes."""
+    """Find the next event of each lane. Returns whether there are touches, and whether there are
+    changes."""
     touches, changes = False, False
     for lane in range(LANES):
         at.kind[lane] = 0

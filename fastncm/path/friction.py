@@ -1,13 +1,15 @@
-"""Coulomb friction by the paper's base-moment rule (Lan & Lee 2008, eqs. (14)-(17)): `friction.model = "recovered"`.
+"""Coulomb friction by the paper's base-moment rule (Lan & Lee 2008, eqs. (14)-(17)):
+`friction.model = "recovered"`.
 
-The shape is the frictionless one; only the contact force is turned, from the normal ``n`` to ``n + mu t``, where
-``t`` is the direction in which the target's surface moves along the finger, and scaled so that its moment
-about the clamp stays the base moment ``E I psi'(0)``:
+The shape is the frictionless one; only the contact force is turned, from the normal ``n`` to ``n +
+mu t``, where ``t`` is the direction in which the target's surface moves along the finger, and
+scaled so that its moment about the clamp stays the base moment ``E I psi'(0)``:
 
     N (p x (n + mu t)) = M_0
 
-The base moment is taken from equilibrium, ``M_0 = p x (lambda n)`` with the multiplier ``lambda``: its error is of
-second order in that of ``E I psi'(0)``, and at mu = 0 the rule gives the multiplier back exactly.
+The base moment is taken from equilibrium, ``M_0 = p x (lambda n)`` with the multiplier ``lambda``:
+its error is of second order in that of ``E I psi'(0)``, and at mu = 0 the rule gives the multiplier
+back exactly.
 """
 
 from fastncm.kernels.cache import inlined, kernel
@@ -16,11 +18,13 @@ from fastncm.path import rows
 
 @inlined
 def turned_force(table, d, i, mu, direction):
-    """Forces of row `i` of design `d` with friction `mu`; the target moves along x in `direction` (+1, -1).
+    """Forces of row `i` of design `d` with friction `mu`; the target moves along x in `direction`
+    (+1, -1).
 
-    table: (D, rows, rows.COLUMNS). Returns ``(normal, friction, force_x, force_y, insertion, insertion_rate, holds)``:
-    the forces on the finger; the insertion force, positive where it resists the motion, and its
-    derivative by the target's position; `holds` is False where no force balances the base moment.
+    table: (D, rows, rows.COLUMNS). Returns ``(normal, friction, force_x, force_y, insertion,
+    insertion_rate, holds)``: the forces on the finger; the insertion force, positive where it
+    resists the motion, and its derivative by the target's position; `holds` is False where no force
+    balances the base moment.
     """
     nx, ny = table[d, i, rows.NORMAL_X], table[d, i, rows.NORMAL_Y]
     px, py = table[d, i, rows.CONTACT_X], table[d, i, rows.CONTACT_Y]
@@ -47,8 +51,8 @@ def turned_force(table, d, i, mu, direction):
 def turned_forces(table, design, mu, direction, out):
     """`turned_force` of the first rows of many cases.
 
-    design, mu, direction: (C,); out: (C, R, 6), overwritten: normal and friction force, force x and y, insertion
-    force, and 1 where the rule holds (else 0), for the first R rows.
+    design, mu, direction: (C,); out: (C, R, 6), overwritten: normal and friction force, force x and
+    y, insertion force, and 1 where the rule holds (else 0), for the first R rows.
     """
     for case in range(out.shape[0]):
         for i in range(out.shape[1]):

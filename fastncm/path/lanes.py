@@ -9,7 +9,6 @@ from fastncm.kernels.cache import driver
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import Basis, beyond_count, mode_count
 
-
 #: A hold that keeps the gap as it stands: the resultant of several contacts.
 AS_STORED = -2
 
@@ -17,15 +16,15 @@ AS_STORED = -2
 class Lanes(NamedTuple):
     """The lane is the last axis of every array.
 
-    State. design: which design; t: (LANES,) position of the target; hold: feature to keep, -1: the nearest;
-    active: bool, to be solved; u: (m, LANES) unknowns; force: multiplier; u_rate, force_rate: their
-    derivatives by t.
+    State. design: which design; t: (LANES,) position of the target; hold: feature to keep, -1: the
+    nearest; active: bool, to be solved; u: (m, LANES) unknowns; force: multiplier; u_rate,
+    force_rate: their derivatives by t.
 
-    Evaluation. sin, cos: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES); gap: (GAP_COLUMNS, LANES);
-    jacobian: (m, LANES).
+    Evaluation. sin, cos: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES); gap: (GAP_COLUMNS,
+    LANES); jacobian: (m, LANES).
 
-    Workspace. hessian: (m, m, LANES); down, across, along: (m, LANES) solutions with it; pull: (3, m, LANES);
-    work: (Q, LANES); fx, fy, moved, negative, compliance: (LANES,); pending: bool.
+    Workspace. hessian: (m, m, LANES); down, across, along: (m, LANES) solutions with it; pull: (3,
+    m, LANES); work: (Q, LANES); fx, fy, moved, negative, compliance: (LANES,); pending: bool.
 
     Outcome. residual: KKT; iterations: int64; good: bool.
     """

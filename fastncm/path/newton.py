@@ -2,9 +2,9 @@
 
     u - A(u)^T lambda = 0,    g(u; t) = 0
 
-This is the SQP (`sqp.solve`) where its active set is settled: along a path the smallest gap is the one that
-is active, and the predictor starts inside the region of quadratic convergence. What does not
-converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`).
+This is the SQP (`sqp.solve`) where its active set is settled: along a path the smallest gap is the
+one that is active, and the predictor starts inside the region of quadratic convergence. What does
+not converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`).
 """
 
 from fastncm.kernels import constants as c
@@ -18,16 +18,15 @@ from fastncm.path.lanes import AS_STORED
 
 @inner
 def evaluate(problem, lanes):
-    """Pose, smallest gap, its gradient and the KKT residual of every active lane, from `u`, `force` and `t`.
+    """Pose, smallest gap, its gradient and the KKT residual of every active lane, from `u`, `force`
+    and `t`.
 
-    The residual is that of `sqp.solve.kkt_residual` for one loaded constraint; it depends on nothing else
-    that the solver keeps.
+    The residual is that of `sqp.solve.kkt_residual` for one loaded constraint; it depends on
+    nothing else that the solver keeps.
     """
     basis, rule = lanes.basis, problem.rule
     modes = lanes.u.shape[0]
-    rod.tip_pose(
-        basis.slope, basis.end, rule.weights, lanes.u, lanes.sin, lanes.cos, lanes.pose
-    )
+    rod.tip_pose(basis.slope, basis.end, rule.weights, lanes.u, lanes.sin, lanes.cos, lanes.pose)
     rod.pose_gradient(basis.slope, rule.weights, lanes.sin, lanes.cos, lanes.gradient)
     for lane in range(LANES):
         lanes.fx[lane], lanes.fy[lane] = sincos(lanes.pose[2, lane])
@@ -77,8 +76,8 @@ def evaluate(problem, lanes):
 def _pull(lanes, by_x, by_y, by_psi, x, y, end, row, k):
     """One component of lambda d(grad g) for unknown `k`.
 
-    One array is written per loop over the lanes: with more, LLVM would have to check more pairs of arrays
-    for overlap than it is ready to, and would not vectorise.
+    One array is written per loop over the lanes: with more, LLVM would have to check more pairs of
+    arrays for overlap than it is ready to, and would not vectorise.
     """
     for lane in range(LANES):
         lanes.pull[row, k, lane] = lanes.force[lane] * (
@@ -92,8 +91,8 @@ def _pull(lanes, by_x, by_y, by_psi, x, y, end, row, k):
 def factorise(problem, lanes):
     """Factor of the Lagrangian's Hessian; ``A`` and ``H^-1 A`` of the working constraint.
 
-    Overwrites hessian and pull (lambda d(grad g) by the unknowns), and for the pending lanes across (H^-1 A^T),
-    along (H^-1 pull_x) and compliance (A H^-1 A^T).
+    Overwrites hessian and pull (lambda d(grad g) by the unknowns), and for the pending lanes across
+    (H^-1 A^T), along (H^-1 pull_x) and compliance (A H^-1 A^T).
     """
     modes = lanes.u.shape[0]
     gap, end = lanes.gap, lanes.basis.end
@@ -140,8 +139,8 @@ def factorise(problem, lanes):
 
 @inlined
 def _keep_solution(lanes, right, out):
-    """Solve with the factor for `right` (m, LANES), and keep the solution in `out` for the pending lanes only:
-    what a lane ends with must not depend on how long its neighbours take."""
+    """Solve with the factor for `right` (m, LANES), and keep the solution in `out` for the pending
+    lanes only: what a lane ends with must not depend on how long its neighbours take."""
     modes = right.shape[0]
     for k in range(modes):
         for lane in range(LANES):
@@ -182,8 +181,8 @@ def step(lanes):
 def rates(lanes):
     """Derivatives of shape and force by the target's position, with the last factor.
 
-    ``H u' - A^T lambda' = lambda dA^T/dt``, ``A u' = -dg/dt``. The gap depends on target minus tip position, so
-    ``d/dt = -d/dx`` of the pose.
+    ``H u' - A^T lambda' = lambda dA^T/dt``, ``A u' = -dg/dt``. The gap depends on target minus tip
+    position, so ``d/dt = -d/dx`` of the pose.
     """
     modes = lanes.u.shape[0]
     for lane in range(LANES):
@@ -212,7 +211,8 @@ def refresh(problem, lanes):
 
 @inlined
 def _is_minimum(negative, compliance):
-    """True where the Hessian, with that many negative pivots, is positive definite along the constraint."""
+    """True where the Hessian, with that many negative pivots, is positive definite along the
+    constraint."""
     return (negative == 0.0 and compliance > 0.0) or (negative == 1.0 and compliance < 0.0)
 
 
@@ -220,8 +220,8 @@ def _is_minimum(negative, compliance):
 def correct(problem, lanes, tolerance, most):
     """Newton's method in the active lanes, at least one step each.
 
-    Sets `good`, `residual`, `iterations`, and the factor and `compliance` that `rates` and the error
-    estimate need (of the last but one iterate, which is as close as the last step was short).
+    Sets `good`, `residual`, `iterations`, and the factor and `compliance` that `rates` and the
+    error estimate need (of the last but one iterate, which is as close as the last step was short).
     """
     pending = lanes.pending
     for lane in range(LANES):

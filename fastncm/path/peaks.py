@@ -1,8 +1,8 @@
 """The peak of the insertion force where it is a smooth maximum between two rows.
 
-(A peak that is a kink or a jump is an event, and already a row: `path.events`.) The derivative of the
-force by the position is exact, so the maximum is the root of a known function with a bracket: the
-Illinois variant of the false position, for `LANES` cases side by side.
+(A peak that is a kink or a jump is an event, and already a row: `path.events`.) The derivative of
+the force by the position is exact, so the maximum is the root of a known function with a bracket:
+the Illinois variant of the false position, for `LANES` cases side by side.
 """
 
 import numpy as np
@@ -35,7 +35,8 @@ def _start(problem, lanes, lane, shapes, table, design, from_row):
 
 @driver
 def refine_peaks(problem, tolerance, table, shapes, design, mu, direction, cases, summary):
-    """Locate the smooth peaks of `cases` (indices) and write force and position into their `summary`.
+    """Locate the smooth peaks of `cases` (indices) and write force and position into their
+    `summary`.
 
     table: (D, rows, rows.COLUMNS); shapes: (D, rows, m); design, mu, direction: (C,); summary: (C,
     reduce.COLUMNS). Returns the number of shapes solved.
@@ -78,7 +79,8 @@ def refine_peaks(problem, tolerance, table, shapes, design, mu, direction, cases
                     solves += 1
             if not left:
                 break
-            # twice: the second call's factor belongs to the converged shape, so that the slope is exact
+            # twice: the second call's factor belongs to the converged shape, so that the slope is
+            # exact
             newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
             newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
             newton.rates(lanes)

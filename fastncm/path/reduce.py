@@ -29,7 +29,8 @@ COLUMNS = 9
 def _row_of(table, d, positions, place, event):
     """Index of the next row in the order of the path.
 
-    place: of the next position; event: of the next event. An event of interval i stands behind position i.
+    place: of the next position; event: of the next event. An event of interval i stands behind
+    position i.
     """
     if event < EVENTS and table[d, positions + event, rows.KIND] != rows.AT_POSITION:
         if int(table[d, positions + event, rows.INTERVAL]) < place:
@@ -64,9 +65,10 @@ def _smooth_maximum(h, f0, f1, r0, r1):
 def summarise(table, positions, design, mu, direction, out):
     """Summaries of C cases from the rows of their designs.
 
-    table: (D, positions + EVENTS, rows.COLUMNS); design, mu, direction: (C,); out: (C, COLUMNS), overwritten. The
-    peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies between two rows and is to be refined
-    (`path.peaks`). The work is the integral of the cubic through the rows and their rates.
+    table: (D, positions + EVENTS, rows.COLUMNS); design, mu, direction: (C,); out: (C, COLUMNS),
+    overwritten. The peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies between two
+    rows and is to be refined (`path.peaks`). The work is the integral of the cubic through the rows
+    and their rates.
     """
     for case in range(out.shape[0]):
         d, m, sense = design[case], mu[case], direction[case]

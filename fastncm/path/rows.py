@@ -1,15 +1,17 @@
 """What is kept of each solved position: the row, with the error estimate of the contact force.
 
-Equilibrium gives the moment along the finger exactly once the contact force is known,
-``M(s) = (p - r(s)) x F``. Where it differs from ``E I psi'`` the chosen modes cannot follow: ``rho = M - E I psi'``
-consists of just the modes that are left out, ``rho_l = lambda A_l`` with ``A_l = dg/du_l`` (and likewise the shear
-force against ``kappa G A gamma``). What leaving them out does to the force follows by linearising the KKT
-conditions of all modes about the solution: with ``z = H^-1 A^T``, the change of shape per unit of force,
+Equilibrium gives the moment along the finger exactly once the contact force is known, ``M(s) = (p -
+r(s)) x F``. Where it differs from ``E I psi'`` the chosen modes cannot follow: ``rho = M - E I
+psi'`` consists of just the modes that are left out, ``rho_l = lambda A_l`` with ``A_l = dg/du_l``
+(and likewise the shear force against ``kappa G A gamma``). What leaving them out does to the force
+follows by linearising the KKT conditions of all modes about the solution: with ``z = H^-1 A^T``,
+the change of shape per unit of force,
 
     d lambda = - (sum_l rho_l z_l) / (A H^-1 A^T),    z_l = A_l - (K z)_l,
 
-where K is the Hessian without its unit part (the force's own stiffness), and H is close to 1 for the modes
-left out. So the error of the force is of second order in rho. The sum runs over the first modes left out.
+where K is the Hessian without its unit part (the force's own stiffness), and H is close to 1 for
+the modes left out. So the error of the force is of second order in rho. The sum runs over the first
+modes left out.
 """
 
 from typing import NamedTuple
@@ -51,15 +53,17 @@ from fastncm.kernels.constants import LANES
 COLUMNS = 24
 
 # --- kinds of rows -------------------------------------------------------------------------------
-#: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL + 1:
-#: first touch, loss of contact, a change of feature seen from before and from after it, a smooth peak.
+#: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL
+#: + 1: first touch, loss of contact, a change of feature seen from before and from after it, a
+#: smooth peak.
 AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE, SMOOTH_PEAK = range(6)
 
 #: Feature of a row with several loaded constraints, or of a point form: no single smooth contact.
 SEVERAL = 10
 
-#: The estimate is SAFETY times the signed leading term, which may vanish by chance, plus RESERVE times the
-#: size of its summands; compared with the true error on both scenes (tests/path/test_estimate.py).
+#: The estimate is SAFETY times the signed leading term, which may vanish by chance, plus RESERVE
+#: times the size of its summands; compared with the true error on both scenes
+#: (tests/path/test_estimate.py).
 SAFETY = 1.5
 RESERVE = 0.2
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
@@ -68,7 +72,8 @@ FORCE_ROUNDING = 4e-14
 
 
 class Measuring(NamedTuple):
-    """Workspace and result of `measure`. x, y: (Q, LANES); total, size: (LANES,); row: (COLUMNS, LANES)."""
+    """Workspace and result of `measure`. x, y: (Q, LANES); total, size: (LANES,); row: (COLUMNS,
+    LANES)."""
 
     x: np.ndarray
     y: np.ndarray
@@ -97,7 +102,8 @@ def _copy(values, out, column):
 
 @inner
 def measure(problem, lanes, at):
-    """Fill the rows of all active lanes from their converged state; `lanes` must come from `correct`.
+    """Fill the rows of all active lanes from their converged state; `lanes` must come from
+    `correct`.
 
     ``at.row`` is overwritten except for KIND and INTERVAL, which stay zero.
     """
@@ -127,7 +133,8 @@ def measure(problem, lanes, at):
 
 @inner
 def _strain(problem, lanes, at):
-    """Largest ``|M(s)| / (w / w0)^2`` over clamp, tip and Gauss points: surface strain in units of w0 / (2 L)."""
+    """Largest ``|M(s)| / (w / w0)^2`` over clamp, tip and Gauss points: surface strain in units of
+    w0 / (2 L)."""
     gap, x, y, strain = lanes.gap, at.x, at.y, at.row[STRAIN]
     rod.node_positions(problem.rule.integral, lanes.sin, lanes.cos, x, y)
     for lane in range(LANES):
@@ -208,7 +215,9 @@ def _estimate(problem, lanes, at):
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]
         at.row[ESTIMATE, lane] = (
-            missing / abs(lanes.compliance[lane]) + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
+            missing / abs(lanes.compliance[lane])
+            + ALGEBRAIC * lanes.residual[lane]
+            + FORCE_ROUNDING
         )
 
 

@@ -1,8 +1,8 @@
 """Where the undeformed finger and the target touch.
 
-Without contact the finger is straight, and straight is the global minimum of the energy wherever it is
-admissible. So whether a position has contact, and where contact begins and ends, follows from the gap of
-the undeformed finger alone: nothing is solved.
+Without contact the finger is straight, and straight is the global minimum of the energy wherever it
+is admissible. So whether a position has contact, and where contact begins and ends, follows from
+the gap of the undeformed finger alone: nothing is solved.
 """
 
 from fastncm.kernels import constants as c
@@ -34,7 +34,8 @@ def undeformed_gap(problem, d, t):
 
 @inner
 def locate_touch(problem, d, free, touching):
-    """Position where contact begins, between `free` (gap >= 0) and `touching` (gap < 0), to rounding."""
+    """Position where contact begins, between `free` (gap >= 0) and `touching` (gap < 0), to
+    rounding."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (free + touching)
         if middle == free or middle == touching:
@@ -50,8 +51,8 @@ def locate_touch(problem, d, free, touching):
 def first_touch(kind, jaw, target, d, far, stop):
     """First contact of the undeformed finger with a target that comes from `far` down to `stop`.
 
-    As the gap changes by at most the distance moved, steps as long as the gap can miss nothing; the last
-    part is bisected. Returns `far` where the target never touches.
+    As the gap changes by at most the distance moved, steps as long as the gap can miss nothing; the
+    last part is bisected. Returns `far` where the target never touches.
     """
     t = far
     while t > stop:
@@ -75,7 +76,7 @@ def first_touch(kind, jaw, target, d, far, stop):
 
 @kernel
 def first_touches(kind, jaw, target, far, stop, out):
-    """`first_touch` of D designs. jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); far, stop, out: (D,)."""
+    """`first_touch` of D designs. jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); far, stop,
+    out: (D,)."""
     for d in range(out.shape[0]):
         out[d] = first_touch(kind, jaw, target, d, far[d], stop[d])
-

@@ -14,7 +14,8 @@ from fastncm.path.touch import locate_touch, undeformed_gap
 from fastncm.path.walk import forget, make_walk, predict, remember
 from fastncm.sqp import status
 
-#: Longest move of the target (in finger lengths) from one solve to the next; longer ones are divided.
+#: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
+#: divided.
 LONGEST_MOVE = 0.05
 #: Newton steps in the lanes before a position is left over for the SQP.
 NEWTON_STEPS = 8
@@ -25,9 +26,10 @@ EVENTS = 8
 class Trace(NamedTuple):
     """Solved paths, dimensionless.
 
-    rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of the path
-    (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N, K) contact forces by
-    constraint. solves: (1,) shapes solved, those of events and of steps in between included.
+    rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of
+    the path (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N,
+    K) contact forces by constraint. solves: (1,) shapes solved, those of events and of steps in
+    between included.
     """
 
     rows: np.ndarray
@@ -64,9 +66,10 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
 
     An overlap within rounding (a path that starts at first touch) is no contact yet.
 
-    A position is approached from the last one solved, or, from the undeformed shape, from the place of
-    first touch (for the first position: of a target that comes from beyond the tip). start: (LANES,), moves:
-    (LANES,) int64, overwritten: from where, and in how many moves (0: no contact). Returns the most moves.
+    A position is approached from the last one solved, or, from the undeformed shape, from the place
+    of first touch (for the first position: of a target that comes from beyond the tip). start:
+    (LANES,), moves: (LANES,) int64, overwritten: from where, and in how many moves (0: no contact).
+    Returns the most moves.
     """
     most = 0
     for lane in range(LANES):
@@ -101,7 +104,8 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
 def set_target(problem, i, left, lanes, start, moves):
     """Move the targets towards position `i`, with `left` moves to come after this one.
 
-    All lanes arrive with the last move, so that one with fewer moves begins later: it is not active before.
+    All lanes arrive with the last move, so that one with fewer moves begins later: it is not active
+    before.
     """
     for lane in range(LANES):
         lanes.active[lane] = moves[lane] > left
@@ -132,8 +136,8 @@ def store(i, lanes, measured, trace):
 def trace_lanes(problem, tolerance, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
-    tolerance: of the KKT residual. trace: `Trace`, zeros on entry. A position that Newton's method does not
-    solve is left with the status MAX_ITERATIONS, for the SQP (`path.careful`) to try.
+    tolerance: of the KKT residual. trace: `Trace`, zeros on entry. A position that Newton's method
+    does not solve is left with the status MAX_ITERATIONS, for the SQP (`path.careful`) to try.
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]

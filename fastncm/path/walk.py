@@ -13,9 +13,9 @@ from fastncm.path import rows
 class Walk(NamedTuple):
     """What a block of lanes remembers of its last solved position, for the predictor.
 
-    t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ... likewise (LANES,);
-    points: (LANES,) int64: how many positions in a row were solved on one contact feature (0, 1, 2);
-    feature: (LANES,); w0, w1, r0, r1: (LANES,) workspace.
+    t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
+    likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
+    contact feature (0, 1, 2); feature: (LANES,); w0, w1, r0, r1: (LANES,) workspace.
     """
 
     t: np.ndarray
@@ -61,8 +61,8 @@ def make_walk(modes):
 
 @inner
 def predict(lanes, walk):
-    """Shape and force at ``lanes.t``: cubic through the last two positions and their rates, along the
-    tangent from one, and the last shape itself where there is no rate."""
+    """Shape and force at ``lanes.t``: cubic through the last two positions and their rates, along
+    the tangent from one, and the last shape itself where there is no rate."""
     modes = lanes.u.shape[0]
     w0, w1, r0, r1 = walk.w0, walk.w1, walk.r0, walk.r1
     for lane in range(LANES):

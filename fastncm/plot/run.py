@@ -12,9 +12,9 @@ from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mar
 from fastncm.plot.shapes import draw_shapes, height_of_line, shapes_figure
 from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
 from fastncm.scene import Scene
-from fastncm.sweep.folder import read_manifest
-from fastncm.sweep.read import load
-from fastncm.sweep.study import Study
+from fastncm.sweeping.folder import read_manifest
+from fastncm.sweeping.read import load
+from fastncm.sweeping.study import Study
 
 CURVES = 6
 """Force curves in one picture at most."""

@@ -2,7 +2,8 @@
 
     minimise  V(u) = 1/2 u^T u    subject to    g_k(pose(u); t) >= 0,  k = 0 ... K-1
 
-The design fills the first lane of the lane-wise kernels (`kernels.rod`), so that every formula exists once.
+The design fills the first lane of the lane-wise kernels (`kernels.rod`), so that every formula
+exists once.
 """
 
 from typing import NamedTuple
@@ -20,8 +21,9 @@ from fastncm.kernels.gap import store
 class Design(NamedTuple):
     """A design's tables and geometry, dimensionless.
 
-    slope: (m, Q, LANES), end: (m, LANES), of which lane 0 counts; weights: (Q,); jaw, target: of all designs, see
-    `kernels.constants`, and the index of this one; kind: CIRCLE or BLOCK; form: of the constraints; points: M of the point forms.
+    slope: (m, Q, LANES), end: (m, LANES), of which lane 0 counts; weights: (Q,); jaw, target: of
+    all designs, see `kernels.constants`, and `which` of them this is; kind: CIRCLE or BLOCK; form:
+    of the constraints; points: M of the point forms.
     """
 
     slope: np.ndarray
@@ -29,7 +31,7 @@ class Design(NamedTuple):
     weights: np.ndarray
     jaw: np.ndarray
     target: np.ndarray
-    index: int
+    which: int
     kind: int
     form: int
     points: int
@@ -38,8 +40,8 @@ class Design(NamedTuple):
 class Evaluation(NamedTuple):
     """Values and derivatives at one point, overwritten by `evaluate` and `add_curvature`.
 
-    u: (m, LANES); sin, cos, work: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES), d(x, y)/du; gaps:
-    (GAP_COLUMNS, K); jacobian: (K, m), dg/du; block: (m, m, LANES); force: (2, LANES).
+    u: (m, LANES); sin, cos, work: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES), d(x,
+    y)/du; gaps: (GAP_COLUMNS, K); jacobian: (K, m), dg/du; block: (m, m, LANES); force: (2, LANES).
     """
 
     u: np.ndarray
@@ -83,7 +85,18 @@ def evaluate(design, t, u, at):
     cos, sin = np.cos(psi), np.sin(psi)
     for k in range(at.gaps.shape[1]):
         gap = contact.constraint_gap(
-            design.form, design.points, design.kind, k, design.jaw, design.target, design.index, t, x, y, cos, sin
+            design.form,
+            design.points,
+            design.kind,
+            k,
+            design.jaw,
+            design.target,
+            design.index,
+            t,
+            x,
+            y,
+            cos,
+            sin,
         )
         store(gap, at.gaps, k)
         for i in range(modes):
@@ -96,7 +109,8 @@ def evaluate(design, t, u, at):
 
 @kernel
 def hessian(design, at, multipliers, out):
-    """Hessian of the Lagrangian ``V - sum_k lambda_k g_k`` at the evaluated point. out: (m, m), both halves."""
+    """Hessian of the Lagrangian ``V - sum_k lambda_k g_k`` at the evaluated point. out: (m, m),
+    both halves."""
     modes = out.shape[0]
     at.force[:, 0] = 0.0
     at.block[:, :, 0] = 0.0

@@ -3,8 +3,8 @@
     minimise  1/2 d^T H d + f^T d    subject to    A d + c >= 0
 
 It starts at the unconstrained minimum, so it needs no feasible point; it adds the most violated
-constraint until none is left, and finds out on the way when constraints contradict each other. From one
-SQP iteration to the next the active set hardly changes: it is handed over and only repaired.
+constraint until none is left, and finds out on the way when constraints contradict each other. From
+one SQP iteration to the next the active set hardly changes: it is handed over and only repaired.
 """
 
 from typing import NamedTuple
@@ -16,8 +16,8 @@ from fastncm.kernels.cache import driver, kernel
 #: Results of `solve_qp`.
 SOLVED, INCONSISTENT, CYCLING = 0, 1, 2
 
-#: A constraint whose gradient keeps less than this fraction of its H^-1-norm outside the span of the
-#: working set counts as linearly dependent on it.
+#: A constraint whose gradient keeps less than this fraction of its H^-1-norm outside the span of
+#: the working set counts as linearly dependent on it.
 DEPENDENT = 1e-12
 #: Violations below this fraction of the size of the constraint's terms are rounding.
 ROUNDING = 1e-14
@@ -26,8 +26,9 @@ ROUNDING = 1e-14
 class QpWork(NamedTuple):
     """Workspace for n unknowns and K constraints; contents mean nothing between calls.
 
-    factor: (n, n) Cholesky factor of H; columns: (n, n) H^-1 a_j of the working set; schur: (n, n) and its
-    factor; rhs, direction: (n,); dual: (n + 1,) multipliers of the working set, in its order.
+    factor: (n, n) Cholesky factor of H; columns: (n, n) H^-1 a_j of the working set; schur: (n, n)
+    and its factor; rhs, direction: (n,); dual: (n + 1,) multipliers of the working set, in its
+    order.
     """
 
     factor: np.ndarray
@@ -42,13 +43,19 @@ class QpWork(NamedTuple):
 def make_qp_work(n):
     """A workspace for `n` unknowns."""
     return QpWork(
-        np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n), np.zeros(n + 1)
+        np.zeros((n, n)),
+        np.zeros((n, n)),
+        np.zeros((n, n)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n + 1),
     )
 
 
 @kernel
 def cholesky(a, n):
-    """Overwrite the lower triangle of the leading n x n block of `a` by its factor; False if indefinite."""
+    """Overwrite the lower triangle of the leading n x n block of `a` by its factor; False if
+    indefinite."""
     largest = 0.0
     for i in range(n):
         largest = max(largest, abs(a[i, i]))
@@ -122,8 +129,8 @@ def _drop(working, count, work, position):
 def _start(linear, jacobian, constant, working, count, work, d):
     """Minimum on the handed-over working set, without those whose multiplier comes out negative.
 
-    Constraints that depend linearly on the ones before are dropped too. Returns the new count; `d` and
-    `work.dual` are overwritten.
+    Constraints that depend linearly on the ones before are dropped too. Returns the new count; `d`
+    and `work.dual` are overwritten.
     """
     n = d.shape[0]
     kept = 0
@@ -174,8 +181,9 @@ def _most_violated(jacobian, constant, ignored, d):
 
 @kernel
 def _enter(jacobian, constant, working, count, entering, work, d):
-    """Move along the dual until `entering` holds, dropping what blocks. Returns the count, or -1 where
-    the constraint contradicts the working set (which the caller then solves again without it)."""
+    """Move along the dual until `entering` holds, dropping what blocks. Returns the count, or -1
+    where the constraint contradicts the working set (which the caller then solves again without
+    it)."""
     n = d.shape[0]
     gradient = jacobian[entering]
     multiplier = 0.0
@@ -192,7 +200,8 @@ def _enter(jacobian, constant, working, count, entering, work, d):
         for i in range(count):
             for k in range(n):
                 work.direction[k] -= work.rhs[i] * work.columns[i, k]
-        # longest step that keeps the multipliers non-negative, and the step that reaches the constraint
+        # longest step that keeps the multipliers non-negative, and the step that reaches the
+        # constraint
         dual_step, blocking = np.inf, -1
         for i in range(count):
             if work.rhs[i] > 0.0 and work.dual[i] / work.rhs[i] < dual_step:
@@ -223,16 +232,17 @@ def _enter(jacobian, constant, working, count, entering, work, d):
 def solve_qp(linear, jacobian, constant, working, count, work, ignored, d):
     """Solve the program whose factored Hessian is in ``work.factor``.
 
-    linear: (n,) f; jacobian: (K, n) A; constant: (K,) c; working: (n,) the active constraints, the first
-    `count` of them handed over, changed in place; ignored: (K,) bool, overwritten: constraints that
-    contradict the others; d: (n,), overwritten by the solution. Multipliers are left in ``work.dual``, in the
-    order of `working`. Returns ``(status, count)``.
+    linear: (n,) f; jacobian: (K, n) A; constant: (K,) c; working: (n,) the active constraints, the
+    first `count` of them handed over, changed in place; ignored: (K,) bool, overwritten:
+    constraints that contradict the others; d: (n,), overwritten by the solution. Multipliers are
+    left in ``work.dual``, in the order of `working`. Returns ``(status, count)``.
     """
     for j in range(ignored.shape[0]):
         ignored[j] = False
     count = _start(linear, jacobian, constant, working, count, work, d)
     status = SOLVED
-    # Every round ends with a larger dual value, so none can come back, except by rounding: the guard.
+    # Every round ends with a larger dual value, so none can come back, except by rounding: the
+    # guard.
     for _ in range(10 * (constant.shape[0] + d.shape[0])):
         entering = _most_violated(jacobian, constant, ignored, d)
         if entering < 0:

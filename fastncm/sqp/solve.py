@@ -1,9 +1,10 @@
 """The active-set SQP: the loop (Nocedal & Wright 2006, sec. 18.4; Lan & Lee 2008, eqs. (11)-(13)).
 
-Each iteration solves a quadratic program with the Lagrangian's Hessian (exact, or damped BFGS as in the
-paper) for the step and the new multipliers, then walks along the step until an l1 merit function falls
-enough. The merit function is what lets it leave the undeformed finger, where the strain energy is at its
-minimum and any step raises it (the line search printed in the paper halves the step there for ever).
+Each iteration solves a quadratic program with the Lagrangian's Hessian (exact, or damped BFGS as in
+the paper) for the step and the new multipliers, then walks along the step until an l1 merit
+function falls enough. The merit function is what lets it leave the undeformed finger, where the
+strain energy is at its minimum and any step raises it (the line search printed in the paper halves
+the step there for ever).
 """
 
 from typing import NamedTuple
@@ -19,10 +20,10 @@ from fastncm.sqp import qp, status
 class Options(NamedTuple):
     """Tolerances and limits of the loop.
 
-    tolerance: of the relative KKT residual; rounding: absolute error of a gap that is due to arithmetic;
-    iterations: at most; exact: Hessian exact (True) or damped BFGS (False); armijo: share of the
-    predicted fall of the merit function that a step must bring; shortest: step length at which the line
-    search gives up.
+    tolerance: of the relative KKT residual; rounding: absolute error of a gap that is due to
+    arithmetic; iterations: at most; exact: Hessian exact (True) or damped BFGS (False); armijo:
+    share of the predicted fall of the merit function that a step must bring; shortest: step length
+    at which the line search gives up.
     """
 
     tolerance: float
@@ -36,8 +37,8 @@ class Options(NamedTuple):
 class SqpWork(NamedTuple):
     """Workspace for m unknowns and K constraints.
 
-    at, trial: evaluations; qp: see `qp.QpWork`; hessian, shifted: (m, m); step, linear, trial_u, change: (m,);
-    multipliers, constant: (K,); working: (m,) and ignored: (K,) of the QP.
+    at, trial: evaluations; qp: see `qp.QpWork`; hessian, shifted: (m, m); step, linear, trial_u,
+    change: (m,); multipliers, constant: (K,); working: (m,) and ignored: (K,) of the QP.
     """
 
     at: model.Evaluation
@@ -77,8 +78,9 @@ def make_work(modes, quadrature_points, constraints):
 def kkt_residual(u, jacobian, gaps, multipliers, rounding):
     """Largest relative violation of the KKT conditions, from scratch.
 
-    Stationarity ``u - A^T lambda`` over the largest unknown; penetration and ``lambda g`` over the work-conjugate
-    deflection ``|A_k u|`` of the contact; a negative multiplier over the largest one. All dimensionless.
+    Stationarity ``u - A^T lambda`` over the largest unknown; penetration and ``lambda g`` over the
+    work-conjugate deflection ``|A_k u|`` of the contact; a negative multiplier over the largest
+    one. All dimensionless.
     """
     largest, force, residual = 0.0, 0.0, 0.0
     for i in range(u.shape[0]):
@@ -122,10 +124,10 @@ def _merit(u, gaps, penalty):
 def _correct_inertia(work, count):
     """Factor the Hessian for the QP; where it is indefinite, make it positive definite.
 
-    First by the working constraints' own curvature, ``H + rho A_W^T A_W``: it leaves the step along the
-    constraints as it is (only steps off them cost more), and is enough where H is positive definite on
-    their null space. Then by a growing multiple of the identity. Returns rho; the caller corrects the
-    linear term for it.
+    First by the working constraints' own curvature, ``H + rho A_W^T A_W``: it leaves the step along
+    the constraints as it is (only steps off them cost more), and is enough where H is positive
+    definite on their null space. Then by a growing multiple of the identity. Returns rho; the
+    caller corrects the linear term for it.
     """
     modes = work.step.shape[0]
     _copy_square(work.hessian, work.qp.factor)
@@ -197,10 +199,11 @@ def _solve_subproblem(u, work, count):
 
 @kernel
 def _second_order_correction(work, count):
-    """Bend the step back to the constraints, whose curvature would make the merit function reject it.
+    """Bend the step back to the constraints, whose curvature would make the merit function reject
+    it.
 
-    Solves ``A_W e = -(g_W(u + step) )`` for the least ``e`` in the norm of H and adds it to the step (Nocedal &
-    Wright 2006, sec. 18.3): the cure of the Maratos effect.
+    Solves ``A_W e = -(g_W(u + step) )`` for the least ``e`` in the norm of H and adds it to the
+    step (Nocedal & Wright 2006, sec. 18.3): the cure of the Maratos effect.
     """
     modes = work.step.shape[0]
     if count == 0 or not qp.factor_schur(work.at.jacobian, work.working, count, work.qp):
@@ -237,9 +240,10 @@ def _line_search(design, t, u, work, count, penalty, options):
     rounding = 4.0 * np.finfo(np.float64).eps * abs(merit) + penalty * options.rounding
     length, corrected = 1.0, False
     while length >= options.shortest:
-        if _try(design, t, u, length, work, penalty) <= merit + options.armijo * length * min(
-            slope, 0.0
-        ) + rounding:
+        if (
+            _try(design, t, u, length, work, penalty)
+            <= merit + options.armijo * length * min(slope, 0.0) + rounding
+        ):
             return length
         if length == 1.0 and not corrected:
             corrected = True
@@ -251,7 +255,8 @@ def _line_search(design, t, u, work, count, penalty, options):
 
 @kernel
 def _update_bfgs(design, t, u, work):
-    """Powell's damped BFGS update of the Hessian with the accepted step (Nocedal & Wright 2006, 18.3).
+    """Powell's damped BFGS update of the Hessian with the accepted step (Nocedal & Wright 2006,
+    18.3).
 
     The energy's part of the change in gradient is the step itself; the constraints' is
     ``-(A(new) - A(old))^T lambda``, with ``work.trial`` at the new point.
@@ -264,9 +269,7 @@ def _update_bfgs(design, t, u, work):
     for i in range(modes):
         change[i] = step[i]
         for k in range(work.multipliers.shape[0]):
-            change[i] -= work.multipliers[k] * (
-                work.trial.jacobian[k, i] - work.at.jacobian[k, i]
-            )
+            change[i] -= work.multipliers[k] * (work.trial.jacobian[k, i] - work.at.jacobian[k, i])
     for i in range(modes):
         bs[i] = 0.0
         for j in range(modes):
@@ -289,9 +292,9 @@ def _update_bfgs(design, t, u, work):
 def solve(design, t, u, count, work, options):
     """Minimise the strain energy of `design` with the target at `t`, from the shape `u`.
 
-    u: (m,), start on entry, solution on return. ``work.working[:count]`` and ``work.multipliers`` are the
-    warm start and, on return, the active set and the contact forces. Returns
-    ``(status, count, iterations, residual)``; ``work.at`` is the evaluation at the solution.
+    u: (m,), start on entry, solution on return. ``work.working[:count]`` and ``work.multipliers``
+    are the warm start and, on return, the active set and the contact forces. Returns ``(status,
+    count, iterations, residual)``; ``work.at`` is the evaluation at the solution.
     """
     modes = u.shape[0]
     penalty = 0.0
@@ -332,7 +335,8 @@ def solve(design, t, u, count, work, options):
 
 @kernel
 def _stalled(work, residual, options):
-    """Status of a loop that came to no solution: infeasible where the finger still overlaps the target."""
+    """Status of a loop that came to no solution: infeasible where the finger still overlaps the
+    target."""
     if not np.isfinite(residual):
         return status.NUMERICAL_ERROR
     smallest = 0.0

@@ -16,8 +16,8 @@ WORDS = (
 ADVICE = (
     "",
     "The target does not touch the finger here; the force is zero.",
-    "The solver ran out of iterations: use more positions (path.steps), so that each starts closer to "
-    "the last, or a higher solver.order.",
+    "The solver found no solution from the last position's shape: use more positions (path.steps), "
+    "so that each starts closer to the last, or a higher solver.order.",
     "The finger cannot get out of the target's way here: check jaw, target and path for an overlap "
     "that bending cannot clear.",
     "There is no equilibrium on this branch: the path has passed a limit point.",

@@ -13,7 +13,7 @@ from fastncm.plot.run import snapshot_rows
 from fastncm.plot.shapes import shapes_figure
 from fastncm.plot.style import label, shown, value_label
 from fastncm.scene import load_scene
-from fastncm.sweep import Report, Study, load, sweep
+from fastncm.sweeping import Report, Study, load, sweep
 
 CIRCLE = load_scene("snapfit-circle")
 CORNER = load_scene("snapfit-corner")

@@ -13,9 +13,9 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from fastncm.errors import SweepError
-from fastncm.sweep.folder import TABLES, read_manifest
-from fastncm.sweep.parts import part_files
-from fastncm.sweep.study import Report
+from fastncm.sweeping.folder import TABLES, read_manifest
+from fastncm.sweeping.parts import part_files
+from fastncm.sweeping.study import Report
 
 GOOD_STATUS = ("converged", "no_contact")
 """A path that never touches is a result, not a failure."""

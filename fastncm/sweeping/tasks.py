@@ -16,10 +16,10 @@ import pyarrow as pa
 from joblib import Parallel, delayed
 
 from fastncm.cases import scale_only_names, solve_chunk
-from fastncm.sweep.plan import MAX_ROWS, Plan
-from fastncm.sweep.read import failed_rows
-from fastncm.sweep.schema import cases_table, curves_table
-from fastncm.sweep.study import Study
+from fastncm.sweeping.plan import MAX_ROWS, Plan
+from fastncm.sweeping.read import failed_rows
+from fastncm.sweeping.schema import cases_table, curves_table
+from fastncm.sweeping.study import Study
 
 TASK_SECONDS = 0.5
 """Length of a task. Dispatching one costs about a millisecond."""

@@ -11,8 +11,8 @@ from fastncm.errors import SceneError
 from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number
 from fastncm.scene.refusal import refusal, unknown
-from fastncm.sweep.axes import Axis, axis_values, plain_axis
-from fastncm.sweep.grid import Grid
+from fastncm.sweeping.axes import Axis, axis_values, plain_axis
+from fastncm.sweeping.grid import Grid
 
 CHECKED_ROWS = 100_000
 """Cases validated at once: bounds the memory of `Study.check`."""

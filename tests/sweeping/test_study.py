@@ -5,7 +5,7 @@ import pytest
 
 from fastncm.errors import SceneError
 from fastncm.scene import load_scene
-from fastncm.sweep import Report, Study, load_study
+from fastncm.sweeping import Report, Study, load_study
 
 GOOD = """\
 scene = "snapfit-circle"

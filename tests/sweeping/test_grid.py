@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from fastncm.sweep.grid import Grid
-from fastncm.sweep.plan import Plan
+from fastncm.sweeping.grid import Grid
+from fastncm.sweeping.plan import Plan
 
 AXES = {
     "jaw.height": np.array([0.007, 0.008, 0.009, 0.010]),

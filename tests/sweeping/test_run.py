@@ -15,11 +15,11 @@ import pytest
 
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
-from fastncm.sweep import BrokenOff, Report, Study, load, sweep
-from fastncm.sweep import run as run_module
-from fastncm.sweep import tasks as tasks_module
-from fastncm.sweep.parts import part_files
-from fastncm.sweep.read import GOOD_STATUS, best_designs
+from fastncm.sweeping import BrokenOff, Report, Study, load, sweep
+from fastncm.sweeping import run as run_module
+from fastncm.sweeping import tasks as tasks_module
+from fastncm.sweeping.parts import part_files
+from fastncm.sweeping.read import GOOD_STATUS, best_designs
 
 CIRCLE = load_scene("snapfit-circle")
 

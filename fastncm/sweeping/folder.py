@@ -14,8 +14,8 @@ from typing import Any
 
 from fastncm.errors import SweepError
 from fastncm.scene.description import HEADINGS
-from fastncm.sweep.parts import reason, write_atomically
-from fastncm.sweep.study import Study
+from fastncm.sweeping.parts import reason, write_atomically
+from fastncm.sweeping.study import Study
 
 MANIFEST = "study.json"
 TABLES = ("cases", "curves")

@@ -13,7 +13,7 @@ from math import prod
 
 import numpy as np
 
-from fastncm.sweep.grid import Grid
+from fastncm.sweeping.grid import Grid
 
 MAX_ROWS = 200_000
 """Cases in one task at most: bounds a task's memory. More inner points than this are split."""

@@ -5,7 +5,7 @@ import pandas as pd
 
 from fastncm.cases import solve_chunk
 from fastncm.columns import CASE_UNITS
-from fastncm.sweep import load, load_study, sweep
+from fastncm.sweeping import load, load_study, sweep
 
 
 def test_2079_designs_of_11_shapes_need_11_shape_paths(tmp_path, pytestconfig):

@@ -11,7 +11,7 @@ import pyarrow as pa
 from fastncm import __version__
 from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.scene import unit_of
-from fastncm.sweep.study import TEXT_COLUMNS, Study
+from fastncm.sweeping.study import TEXT_COLUMNS, Study
 
 WHOLE_COLUMNS = ("positions", "iterations", "contacts")
 PACKAGES = ("numba", "numpy", "pyarrow", "joblib")

@@ -25,8 +25,8 @@ from pathlib import Path
 from fastncm.errors import SceneError
 from fastncm.scene import Scene, TomlFile, load_scene, read_toml
 from fastncm.scene.refusal import refusal, unknown
-from fastncm.sweep.axes import SPACES
-from fastncm.sweep.study import Report, Study
+from fastncm.sweeping.axes import SPACES
+from fastncm.sweeping.study import Report, Study
 
 KEYS = ("name", "scene", "set", "axes", "output", "report")
 

@@ -16,13 +16,13 @@ from tqdm import tqdm
 
 from fastncm.errors import SweepError
 from fastncm.kernels.cache import is_cold
-from fastncm.sweep.folder import Manifest, begin, claim, read_manifest, write_manifest
-from fastncm.sweep.parts import PartWriter, reason
-from fastncm.sweep.read import best_designs
-from fastncm.sweep.schema import metadata, versions
-from fastncm.sweep.study import Report, Study
-from fastncm.sweep.study_file import load_study
-from fastncm.sweep.tasks import Finished, finished_blocks
+from fastncm.sweeping.folder import Manifest, begin, claim, read_manifest, write_manifest
+from fastncm.sweeping.parts import PartWriter, reason
+from fastncm.sweeping.read import best_designs
+from fastncm.sweeping.schema import metadata, versions
+from fastncm.sweeping.study import Report, Study
+from fastncm.sweeping.study_file import load_study
+from fastncm.sweeping.tasks import Finished, finished_blocks
 
 PART_BYTES = 64 * 2**20
 """Size of the buffers in memory at which parts are written."""
