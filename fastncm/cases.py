@@ -129,21 +129,9 @@ def _summarise(solved: Solved, lowered: Lowered, chosen: Array, design: Array) -
     direction = lowered.direction[solved.designs][design]
     summary = np.empty((len(chosen), reduce.COLUMNS))
     summarise(table, positions, design, mu, direction, summary)
-    smooth = np.flatnonzero(summary[:, reduce.SMOOTH_FROM] >= 0.0)
-    extra = 0
-    if len(smooth):
-        extra = refine_peaks(
-            solved.problem,
-            kkt_tolerance(lowered.scene.solver.rtol),
-            table,
-            solved.trace.shapes,
-            design,
-            mu,
-            direction,
-            smooth,
-            summary,
-        )
-    return summary, int(extra)
+    tolerance = kkt_tolerance(lowered.scene.solver.rtol)
+    extra = refine_peaks(solved.problem, tolerance, solved.trace, design, mu, direction, summary)
+    return summary, extra
 
 
 def _fill(

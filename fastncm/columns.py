@@ -4,7 +4,15 @@ import numpy as np
 
 from fastncm.lowering import Lowered
 from fastncm.path import rows
-from fastncm.path.friction import turned_forces
+from fastncm.path.friction import (
+    FORCE_X,
+    FORCE_Y,
+    FRICTION,
+    HOLDS,
+    INSERTION,
+    NORMAL,
+    turned_forces,
+)
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -57,11 +65,11 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
     """
     positions = lowered.positions.shape[1]
     mu = np.ascontiguousarray(lowered.mu[chosen])
-    forces = np.empty((len(chosen), positions, 6))
+    forces = np.empty((len(chosen), positions, 7))
     turned_forces(table, design, mu, lowered.direction[lowered.problem_of[chosen]], forces)
     picked = table[design, :positions]
     number = picked[:, :, rows.STATUS].astype(np.int64)
-    number[(number == status.CONVERGED) & (forces[:, :, 5] == 0.0)] = status.NO_EQUILIBRIUM
+    number[(number == status.CONVERGED) & (forces[:, :, HOLDS] == 0.0)] = status.NO_EQUILIBRIUM
     solved = number <= status.NO_CONTACT
     touching = number == status.CONVERGED
     length = lowered.scale.length[chosen, None]
@@ -73,11 +81,11 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
     columns = {
         "position": picked[:, :, rows.POSITION] * length,
         "status": _WORDS[number],
-        "force_x_N": where(solved, forces[:, :, 2] * force),
-        "force_y_N": where(solved, forces[:, :, 3] * force),
-        "insertion_force_N": where(solved, forces[:, :, 4] * force),
-        "normal_force_N": where(solved, forces[:, :, 0] * force),
-        "friction_force_N": where(solved, forces[:, :, 1] * force),
+        "force_x_N": where(solved, forces[:, :, FORCE_X] * force),
+        "force_y_N": where(solved, forces[:, :, FORCE_Y] * force),
+        "insertion_force_N": where(solved, forces[:, :, INSERTION] * force),
+        "normal_force_N": where(solved, forces[:, :, NORMAL] * force),
+        "friction_force_N": where(solved, forces[:, :, FRICTION] * force),
         "contacts": np.where(touching, picked[:, :, rows.CONTACTS], 0.0).astype(np.int64),
         "contact_s_m": where(touching, np.broadcast_to(length, touching.shape)),
         "contact_x_m": where(touching, picked[:, :, rows.CONTACT_X] * length),

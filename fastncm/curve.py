@@ -13,7 +13,7 @@ from fastncm.kernels import basis
 from fastncm.kernels import constants as c
 from fastncm.lowering import Lowered, lower
 from fastncm.path import reduce, rows
-from fastncm.path.friction import turned_forces
+from fastncm.path.friction import INSERTION, turned_forces
 from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
 from fastncm.scene import Scene, tabulate
@@ -56,10 +56,8 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Cu
     summary = np.empty((1, reduce.COLUMNS))
     count = lowered.positions.shape[1]
     summarise(solved.trace.rows, count, zero, mu, direction, summary)
-    if summary[0, reduce.SMOOTH_FROM] >= 0.0:
-        tolerance = kkt_tolerance(scene.solver.rtol)
-        table, shapes = solved.trace.rows, solved.trace.shapes
-        refine_peaks(solved.problem, tolerance, table, shapes, zero, mu, direction, zero, summary)
+    tolerance = kkt_tolerance(scene.solver.rtol)
+    refine_peaks(solved.problem, tolerance, solved.trace, zero, mu, direction, summary)
     return Curve(scene, lowered, solved, summary[0])
 
 
@@ -136,7 +134,7 @@ class Curve:
         """
         table = self._solved.trace.rows
         one = np.zeros(1, dtype=np.int64)
-        forces = np.empty((1, table.shape[1], 6))
+        forces = np.empty((1, table.shape[1], 7))
         mu = np.array([self.scene.friction.mu])
         turned_forces(table, one, mu, self._lowered.direction, forces)
         behind = np.arange(len(self), table.shape[1])
@@ -145,7 +143,7 @@ class Curve:
             {
                 "event": [_EVENT_NAMES[int(kind)] for kind in table[0, used, rows.KIND]],
                 "position": table[0, used, rows.POSITION] * self._lowered.scale.length[0],
-                "insertion_force_N": forces[0, used, 4] * self._lowered.scale.force[0],
+                "insertion_force_N": forces[0, used, INSERTION] * self._lowered.scale.force[0],
                 "interval": table[0, used, rows.INTERVAL].astype(np.int64),
             }
         )

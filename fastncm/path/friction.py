@@ -47,19 +47,25 @@ def turned_force(table, d, i, mu, direction):
     return normal, mu * normal, normal * ux, normal * uy, insertion, insertion1, holds
 
 
+#: Columns of `turned_forces`: the forces on the finger, the insertion force and its derivative by
+#: the target's position, and 1 where the rule holds (else 0).
+NORMAL, FRICTION, FORCE_X, FORCE_Y, INSERTION, INSERTION_RATE, HOLDS = range(7)
+
+
 @kernel
 def turned_forces(table, design, mu, direction, out):
     """`turned_force` of the first rows of many cases.
 
-    design, mu, direction: (C,); out: (C, R, 6), overwritten: normal and friction force, force x and
-    y, insertion force, and 1 where the rule holds (else 0), for the first R rows.
+    design, mu, direction: (C,); out: (C, R, 7), overwritten, for the first R rows of each case's
+    design.
     """
     for case in range(out.shape[0]):
         for i in range(out.shape[1]):
-            normal, friction, fx, fy, insertion, _, holds = turned_force(
+            normal, friction, fx, fy, insertion, rate, holds = turned_force(
                 table, design[case], i, mu[case], direction[case]
             )
-            out[case, i, 0], out[case, i, 1] = normal, friction
-            out[case, i, 2], out[case, i, 3] = fx, fy
-            out[case, i, 4] = insertion
-            out[case, i, 5] = 1.0 if holds or table[design[case], i, rows.FORCE] == 0.0 else 0.0
+            out[case, i, NORMAL], out[case, i, FRICTION] = normal, friction
+            out[case, i, FORCE_X], out[case, i, FORCE_Y] = fx, fy
+            out[case, i, INSERTION], out[case, i, INSERTION_RATE] = insertion, rate
+            unloaded = table[design[case], i, rows.FORCE] == 0.0
+            out[case, i, HOLDS] = 1.0 if holds or unloaded else 0.0

@@ -2,114 +2,90 @@
 
 (A peak that is a kink or a jump is an event, and already a row: `path.events`.) The derivative of
 the force by the position is exact, so the maximum is the root of a known function with a bracket:
-the Illinois variant of the false position, for `LANES` cases side by side.
+the Illinois variant of the false position, for all cases of a chunk at once.
 """
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inlined
-from fastncm.kernels.constants import LANES
-from fastncm.kernels.problem import fill_basis, mode_count
-from fastncm.path import newton, reduce, rows
-from fastncm.path.friction import turned_force
-from fastncm.path.lanes import make_lanes
+from fastncm.kernels.problem import Problem
+from fastncm.path import reduce, rows
+from fastncm.path.friction import INSERTION, INSERTION_RATE, turned_forces
+from fastncm.path.states import States, make_states, solve_states
+from fastncm.path.trace import Trace
 
-#: Solves at most, and the bracket (in finger lengths) that ends the search.
+Array = np.ndarray
+
+#: Solves at most, and the bracket or step (in finger lengths) that ends the search.
 _STEPS = 40
 _LOCATED = 1e-12
-_SHAPE_STEPS = 8
 
 
-@inlined
-def _start(problem, lanes, lane, shapes, table, design, from_row):
-    """Put the case into `lane`, with the shape of the row before its peak."""
-    d = design
-    lanes.design[lane] = d
-    fill_basis(problem, d, lane, lanes.basis)
-    lanes.t[lane] = table[d, from_row, rows.POSITION]
-    lanes.hold[lane] = int(table[d, from_row, rows.FEATURE])
-    lanes.force[lane] = table[d, from_row, rows.FORCE]
-    for k in range(lanes.u.shape[0]):
-        lanes.u[k, lane] = shapes[d, from_row, k]
+def refine_peaks(
+    problem: Problem,
+    tolerance: float,
+    trace: Trace,
+    design: Array,
+    mu: Array,
+    direction: Array,
+    summary: Array,
+) -> int:
+    """Locate the smooth peaks of cases and write force and position into their summaries.
 
-
-@driver
-def refine_peaks(problem, tolerance, table, shapes, design, mu, direction, cases, summary):
-    """Locate the smooth peaks of `cases` (indices) and write force and position into their
-    `summary`.
-
-    table: (D, rows, rows.COLUMNS); shapes: (D, rows, m); design, mu, direction: (C,); summary: (C,
-    reduce.COLUMNS). Returns the number of shapes solved.
+    design, mu, direction: (C,); summary: (C, reduce.COLUMNS), of whose cases those with a
+    SMOOTH_FROM are refined. Returns the number of shapes solved.
     """
-    modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(problem)
-    measuring = rows.make_measuring(points)
-    low, high = np.zeros(LANES), np.zeros(LANES)  # the bracket ...
-    rate_low, rate_high = np.zeros(LANES), np.zeros(LANES)  # ... and the slopes at its ends
-    last = np.zeros(LANES, np.int64)  # the end that was replaced last
-    row = np.zeros((1, 1, rows.COLUMNS))
+    cases = np.flatnonzero(summary[:, reduce.SMOOTH_FROM] >= 0.0)
+    if not len(cases):
+        return 0
+    d = design[cases]
+    ends = summary[cases][:, [reduce.SMOOTH_FROM, reduce.SMOOTH_TO]].astype(np.int64)
+    bracket = np.stack([trace.rows[d, ends[:, k], rows.POSITION] for k in (0, 1)], axis=1)
+    slope = np.stack(
+        [
+            _force(trace.rows[d, ends[:, k]], mu[cases], direction[cases])[:, INSERTION_RATE]
+            for k in (0, 1)
+        ],
+        axis=1,
+    )
+    states = make_states(
+        d, bracket[:, 0], trace.rows[d, ends[:, 0], rows.FEATURE], trace.shapes.shape[2]
+    )
+    states.u[:] = trace.shapes[d, ends[:, 0]]
+    states.force[:] = trace.rows[d, ends[:, 0], rows.FORCE]
+    replaced = np.full(len(cases), -1)
+    pending = np.arange(len(cases))
     solves = 0
-    for first in range(0, cases.shape[0], LANES):
-        for lane in range(LANES):
-            lanes.active[lane] = first + lane < cases.shape[0]
-            if lanes.active[lane]:
-                case = cases[first + lane]
-                d = design[case]
-                i = int(summary[case, reduce.SMOOTH_FROM])
-                j = int(summary[case, reduce.SMOOTH_TO])
-                _start(problem, lanes, lane, shapes, table, d, i)
-                low[lane], high[lane] = table[d, i, rows.POSITION], table[d, j, rows.POSITION]
-                rate_low[lane] = turned_force(table, d, i, mu[case], direction[case])[5]
-                rate_high[lane] = turned_force(table, d, j, mu[case], direction[case])[5]
-                last[lane] = 0
-        newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
-        for _ in range(_STEPS):
-            newton.rates(lanes)
-            left = False
-            for lane in range(LANES):
-                if lanes.active[lane]:
-                    share = rate_low[lane] / (rate_low[lane] - rate_high[lane])
-                    t = low[lane] + share * (high[lane] - low[lane])
-                    move = t - lanes.t[lane]
-                    lanes.t[lane] = t
-                    lanes.force[lane] += move * lanes.force_rate[lane]
-                    for k in range(modes):
-                        lanes.u[k, lane] += move * lanes.u_rate[k, lane]
-                    left = True
-                    solves += 1
-            if not left:
-                break
-            # twice: the second call's factor belongs to the converged shape, so that the slope is
-            # exact
-            newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
-            newton.correct(problem, lanes, tolerance, _SHAPE_STEPS)
-            newton.rates(lanes)
-            rows.measure(problem, lanes, measuring)
-            for lane in range(LANES):
-                if not lanes.active[lane]:
-                    continue
-                case = cases[first + lane]
-                for column in range(rows.COLUMNS):
-                    row[0, 0, column] = measuring.row[column, lane]
-                force = turned_force(row, 0, 0, mu[case], direction[case])
-                rate = force[5]
-                done = abs(high[lane] - low[lane]) < _LOCATED or rate == 0.0
-                step = lanes.t[lane]
-                if (rate > 0.0) == (rate_low[lane] > 0.0):
-                    done = done or abs(step - low[lane]) < _LOCATED
-                    low[lane], rate_low[lane] = step, rate
-                    if last[lane] == 1:
-                        rate_high[lane] *= 0.5
-                    last[lane] = 1
-                else:
-                    done = done or abs(step - high[lane]) < _LOCATED
-                    high[lane], rate_high[lane] = step, rate
-                    if last[lane] == 2:
-                        rate_low[lane] *= 0.5
-                    last[lane] = 2
-                if lanes.good[lane]:
-                    summary[case, reduce.PEAK_FORCE] = force[4]
-                    summary[case, reduce.PEAK_POSITION] = step
-                if done or not lanes.good[lane]:
-                    lanes.active[lane] = False
+    for _ in range(_STEPS):
+        if not len(pending):
+            break
+        low, high = slope[pending].T
+        share = low / (low - high)
+        states.t[pending] = (1.0 - share) * bracket[pending, 0] + share * bracket[pending, 1]
+        trial = States(*(field[pending] for field in states))
+        # twice: the second call's factor belongs to the converged shape, so that the slope is exact
+        solve_states(problem, tolerance, trial)
+        solve_states(problem, tolerance, trial)
+        solves += len(pending)
+        states.u[pending], states.force[pending] = trial.u, trial.force
+        at = cases[pending]
+        force = _force(trial.row, mu[at], direction[at])
+        good = trial.good
+        summary[at[good], reduce.PEAK_FORCE] = force[good, INSERTION]
+        summary[at[good], reduce.PEAK_POSITION] = trial.t[good]
+        rate = force[:, INSERTION_RATE]
+        end = np.where((rate > 0.0) == (low > 0.0), 0, 1)
+        step = np.abs(trial.t - bracket[pending, end])
+        bracket[pending, end], slope[pending, end] = trial.t, rate
+        again = replaced[pending] == end  # the same end twice: halve the other one's slope
+        slope[pending[again], 1 - end[again]] *= 0.5
+        replaced[pending] = end
+        width = np.abs(bracket[pending, 1] - bracket[pending, 0])
+        pending = pending[good & (rate != 0.0) & (step > _LOCATED) & (width > _LOCATED)]
     return solves
+
+
+def _force(row: Array, mu: Array, direction: Array) -> Array:
+    """`turned_forces` of single rows (S, rows.COLUMNS)."""
+    out = np.empty((len(row), 1, 7))
+    turned_forces(row[:, None, :].copy(), np.arange(len(row)), mu, direction, out)
+    return out[:, 0]

@@ -91,7 +91,7 @@ def evaluate(design, t, u, at):
             k,
             design.jaw,
             design.target,
-            design.index,
+            design.which,
             t,
             x,
             y,
