@@ -83,7 +83,7 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "status": _WORDS[number],
         "force_x_N": where(solved, forces[:, :, FORCE_X] * force),
         "force_y_N": where(solved, forces[:, :, FORCE_Y] * force),
-        "insertion_force_N": where(solved, forces[:, :, INSERTION] * force),
+        "insertion_force_N": where(solved, forces[:, :, INSERTION] * force + 0.0),  # no -0.0
         "normal_force_N": where(solved, forces[:, :, NORMAL] * force),
         "friction_force_N": where(solved, forces[:, :, FRICTION] * force),
         "contacts": np.where(touching, picked[:, :, rows.CONTACTS], 0.0).astype(np.int64),

@@ -114,7 +114,10 @@ class Curve:
 
     @property
     def peak(self) -> Peak:
-        """The located peak of the insertion force (0 N where the target never touches)."""
+        """The located peak of the insertion force: 0 N where the target never touches, NaN where
+        some row failed, since the true peak may be there."""
+        if self._summary[reduce.STATUS] > status.NO_CONTACT:
+            return Peak(float("nan"), float("nan"))
         return Peak(
             float(self._summary[reduce.PEAK_POSITION] * self._lowered.scale.length[0]),
             float(self._summary[reduce.PEAK_FORCE] * self._lowered.scale.force[0]),

@@ -44,9 +44,10 @@ class Scale:
 class Lowered:
     """The different dimensionless problems of a group of cases, and how the cases use them.
 
-    ratio, shear_stiffness, far: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS);
-    positions: (D, N). problem_of: (C,) int64, which problem each case uses; scale: of the cases;
-    mu: (C,) friction.
+    ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); positions: (D,
+    N); direction: (D,), +1 or -1, the sense of the target's motion along x on the scene's own path,
+    which holds for positions in any order. problem_of: (C,) int64, which problem each case uses;
+    scale: of the cases; mu: (C,) friction.
     """
 
     scene: Scene
@@ -55,15 +56,10 @@ class Lowered:
     jaw: Array
     target: Array
     positions: Array
+    direction: Array
     problem_of: Array
     scale: Scale
     mu: Array
-
-    @property
-    def direction(self) -> Array:
-        """Sense of the target's motion along x (D,): +1 or -1, the sign of last minus first
-        position; -1, the way in, for a single one."""
-        return np.where(self.positions[:, -1] > self.positions[:, 0], 1.0, -1.0)
 
     def problem(self, order: int, designs: Array) -> Problem:
         """The `designs` (indices) as the kernels want them, with `order` modes per field."""
@@ -145,6 +141,7 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
         jaw=jaw,
         target=target,
         positions=np.ascontiguousarray(path),
+        direction=np.where(start < stop, 1.0, -1.0),  # NaN, the first touch, lies before stop
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
         mu=v["mu"],

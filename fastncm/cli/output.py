@@ -27,7 +27,7 @@ def announce_compiling() -> None:
     from fastncm.kernels.cache import is_cold
 
     if is_cold():
-        print("compiling the solver (first use only, about 20 s) ...", file=sys.stderr)
+        print("compiling the solver (first use only, up to a minute) ...", file=sys.stderr)
 
 
 def print_curve(curve: "Curve") -> None:

@@ -13,7 +13,6 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
 from fastncm.kernels.cache import driver, kernel
 from fastncm.kernels.constants import MAX_ORDER
@@ -71,13 +70,26 @@ def quadrature(points: int) -> Quadrature:
         evaluate(recurrence, s, at_nodes[:, i])
         integrate(recurrence, s, exact_nodes, exact_weights, running[:, i])
     # the Lagrange polynomial of node j is sum_k weights_j phi_k(s_j) phi_k(s)
-    return Quadrature(nodes, weights, np.ascontiguousarray(running.T @ (at_nodes * weights)))
+    integral = np.einsum("ki,kj->ij", running, at_nodes * weights)  # no BLAS: see `_unit_gauss`
+    return Quadrature(nodes, weights, integral)
 
 
 @functools.cache
 def _unit_gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
-    x, w = leggauss(points)
-    return (x + 1.0) / 2.0, w / 2.0
+    """Nodes and weights of the Gauss-Legendre rule on [0, 1].
+
+    By Newton's method on P_n from Tricomi's guess. NumPy's and SciPy's rules come from LAPACK,
+    whose last bit depends on the number of threads: a table would then depend on which process
+    solved a case.
+    """
+    x = np.cos(np.pi * (np.arange(points, 0, -1) - 0.25) / (points + 0.5))
+    for _ in range(10):
+        before, value = np.zeros(points), np.ones(points)
+        for k in range(1, points + 1):
+            before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
+        slope = points * (x * value - before) / (x * x - 1.0)
+        x = x - value / slope
+    return (x + 1.0) / 2.0, 1.0 / ((1.0 - x * x) * slope * slope)
 
 
 @driver

@@ -18,16 +18,21 @@ from fastncm.sqp import status
 
 Array = np.ndarray
 
-#: Newton steps in the target's position, and the last step's length (finger lengths) that ends
-#: them.
+#: Newton steps in the target's position, and the length of a step (finger lengths) that is the
+#: last: what it leaves is of the order of its square. (A limit near the rounding error would be met
+#: or not by chance.)
 _STEPS = 12
-_LOCATED = 1e-13
+_LAST_STEP = 1e-9
+#: KKT residual of the states at events: they are few, and a peak is quoted to more digits than a
+#: row.
+_TIGHT = 1e-12
 
 
 def locate_events(problem: Problem, tolerance: float, trace: Trace) -> None:
     """Locate the events of all designs of a solved trace, and write their rows behind its
     positions."""
     positions = problem.positions.shape[1]
+    tolerance = min(tolerance, _TIGHT)
     state = trace.rows[:, :positions, rows.STATUS]
     feature = trace.rows[:, :positions, rows.FEATURE]
     free, touching = state == status.NO_CONTACT, state == status.CONVERGED
@@ -121,8 +126,8 @@ def _walk_to_change(
         for mine, new in ((states.t, moving.t), (states.force, moving.force), (states.u, moving.u)):
             mine[pending] = new
         share = (moving.t - near[pending]) / (far[pending] - near[pending])
-        there = keep & (np.abs(move) <= _LOCATED)
-        located[pending[there]] = ((-_LOCATED < share) & (share < 2.0))[there]
+        there = keep & (np.abs(move) <= _LAST_STEP)
+        located[pending[there]] = ((-_LAST_STEP < share) & (share < 2.0))[there]
         pending = pending[keep & ~there]
     return located
 

@@ -20,7 +20,8 @@ ADVICE = (
     "so that each starts closer to the last, or a higher solver.order.",
     "The finger cannot get out of the target's way here: check jaw, target and path for an overlap "
     "that bending cannot clear.",
-    "There is no equilibrium on this branch: the path has passed a limit point.",
+    "There is no equilibrium here: friction locks (friction.mu is too high for this geometry), or "
+    "the path has passed a limit point.",
     "The arithmetic broke down here (overflow or a singular system): check for extreme ratios of "
     "lengths or stiffnesses in the scene.",
 )

@@ -177,7 +177,7 @@ def test_closest_gap_to_a_circle(jaw: np.ndarray, radius: float, pose: Pose) -> 
     if 0 < nearest < len(curve) - 1:
         assert found[c.FEATURE] == c.ON_EDGE or distances[[0, -1]].min() < distances[nearest] + 1e-7
     spacing = np.hypot(*(curve[1] - curve[0]))
-    coarse = min(spacing, spacing**2 / distances[nearest])
+    coarse = spacing**2 / max(spacing, distances[nearest])
     assert -1e-9 <= distances[nearest] - radius - found[c.GAP] <= coarse + 1e-9
 
 

@@ -262,6 +262,8 @@ def test_ctrl_c_leaves_a_readable_table(tmp_path, finished):
         stdout=subprocess.PIPE,
         start_new_session=True,
         text=True,
+        # a shell's background job ignores the signal, and so would its children
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
         while not (out / "study.json").exists():
             assert process.poll() is None
