@@ -85,11 +85,17 @@ def _unit_gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
     x = np.cos(np.pi * (np.arange(points, 0, -1) - 0.25) / (points + 0.5))
     for _ in range(10):
         before, value = np.zeros(points), np.ones(points)
+        slope_before, slope = np.zeros(points), np.zeros(points)
         for k in range(1, points + 1):
+            slope_before, slope = slope, slope_before + (2 * k - 1) * value
             before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
-        slope = points * (x * value - before) / (x * x - 1.0)
         x = x - value / slope
-    return (x + 1.0) / 2.0, 1.0 / ((1.0 - x * x) * slope * slope)
+        x = (x - x[::-1]) / 2.0
+    # as in numpy.polynomial.legendre.leggauss: the product is the least sensitive to the nodes'
+    # rounding
+    weights = 1.0 / (before * slope)
+    weights = weights + weights[::-1]
+    return (x + 1.0) / 2.0, weights / weights.sum()
 
 
 @driver
