@@ -27,8 +27,10 @@ _LAST_RESORT = 8
 _CHUNK = 512
 #: The KKT residual must be this much smaller than the tolerance of the force ...
 _ALGEBRAIC_SHARE = 1e-2
-#: ... within these limits: looser makes events and rates inexact, tighter is rounding.
-_TIGHTEST, _LOOSEST = 1e-13, 1e-10
+#: ... within these limits: tighter is rounding; looser makes rates inexact, and a step more or
+#: less, by a rounding error that differs between compilations, would be seen in the twelfth digit
+#: of the work.
+_TIGHTEST, _LOOSEST = 1e-13, 1e-12
 #: Iterations of the SQP; the exact Hessian needs 5, damped BFGS from far away up to 60.
 _SQP_ITERATIONS = 200
 
