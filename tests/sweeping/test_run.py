@@ -133,10 +133,12 @@ def test_the_table_does_not_depend_on_parts_tasks_and_workers(tmp_path, monkeypa
     assert (many.rows, many.failed, many.shape_paths) == (one.rows, one.failed, one.shape_paths)
     assert not list((many.out / "cases").glob(".*"))
     rounded = ["error_estimate", "iterations"]  # they see the rounding of the last step
+    # The workers' code comes from the cache, this process may have just compiled its own: the two
+    # differ in the last bit, and in the work of three jaws by 2.4e-12.
     pd.testing.assert_frame_equal(
         load(many.out).drop(columns=rounded),
         load(one.out).drop(columns=rounded),
-        rtol=1e-12,
+        rtol=1e-11,
         atol=0,
     )
 
