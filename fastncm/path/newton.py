@@ -4,7 +4,7 @@
 
 This is the SQP (`sqp.solve`) where its active set is settled: along a path the smallest gap is the
 one that is active, and the predictor starts inside the region of quadratic convergence. What does
-not converge here, or comes out with a pulling force, goes to the SQP (`path.rescue`).
+not converge here, or comes out with a pulling force, goes to the SQP (`path.careful`).
 """
 
 from fastncm.kernels import constants as c

@@ -54,9 +54,8 @@ COLUMNS = 24
 
 # --- kinds of rows -------------------------------------------------------------------------------
 #: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL
-#: + 1: first touch, loss of contact, a change of feature seen from before and from after it, a
-#: smooth peak.
-AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE, SMOOTH_PEAK = range(6)
+#: + 1: first touch, loss of contact, a change of feature seen from before and from after it.
+AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE = range(5)
 
 #: Feature of a row with several loaded constraints, or of a point form: no single smooth contact.
 SEVERAL = 10
