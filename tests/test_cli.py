@@ -190,11 +190,11 @@ def test_another_studys_folder_is_bad_input(study, tmp_path, capsys):
 
 
 def test_a_sweep_that_breaks_off_has_a_code_of_its_own(study, tmp_path, capsys, monkeypatch):
-    from fastncm.sweeping import parts
+    from fastncm.sweeping import store
 
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(parts.pq, "write_table", full)
+    monkeypatch.setattr(store.pq, "write_table", full)
     assert run("sweep", study, "--out", tmp_path / "out", "--jobs", 1) == 3
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]

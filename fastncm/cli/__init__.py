@@ -1,4 +1,5 @@
-"""The command line: `fastncm scenes`, `solve`, `sweep`, `status`, `plot`, `warmup`.
+"""The command line: `fastncm scenes`, `solve`, `sweep`, `status`, `compact`, `plot`,
+`warmup`.
 
 Heavy imports happen inside the commands, so that --help is quick.
 """
@@ -62,9 +63,17 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the curve and the finger")
     many = add("sweep", commands.sweep)
     many.add_argument("study", type=Path, metavar="STUDY.toml")
-    many.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the table")
-    many.add_argument("--jobs", type=int, metavar="N", help="processes (default: all cores)")
-    for name, command in (("status", commands.status), ("plot", commands.plot)):
-        add(name, command).add_argument("folder", type=Path, metavar="DIR", help="a sweep's folder")
+    many.add_argument("--out", required=True, metavar="DIR", help="folder or URI of the table")
+    many.add_argument("--jobs", type=int, metavar="N", help="workers (default: all cores)")
+    many.add_argument(
+        "--backend", default="loky", metavar="NAME", help="loky (default), threading or dask"
+    )
+    many.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask cluster, e.g. tcp://10.0.0.1:8786"
+    )
+    for name in ("status", "compact", "plot"):
+        add(name, getattr(commands, name)).add_argument(
+            "folder", metavar="DIR", help="a sweep's folder or URI"
+        )
     add("warmup", commands.warmup)
     return parser

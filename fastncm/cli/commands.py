@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 from fastncm.cli import output
 from fastncm.cli.codes import BROKEN_OFF, DONE, SOME_FAILED
@@ -47,45 +48,61 @@ def solve(options: argparse.Namespace) -> int:
 
 
 def sweep(options: argparse.Namespace) -> int:
-    """Run a study on all cores; print the table's place, the pictures and the best designs."""
+    """Run a study, or what is missing of it; print where the table is and the best designs."""
     from fastncm.sweeping import BrokenOff
     from fastncm.sweeping import sweep as run_sweep
 
     try:
-        run = run_sweep(options.study, options.out, options.jobs)
+        run = run_sweep(
+            options.study,
+            options.out,
+            options.jobs,
+            backend=options.backend,
+            scheduler=options.scheduler,
+        )
     except BrokenOff as error:
         print(f"fastncm: {error}", file=sys.stderr)
         return BROKEN_OFF
     if not run.fresh:
         print("this study is complete already: nothing was solved again")
+    elif run.resumed:
+        print(f"{run.resumed} cases were in the table already: the others were solved")
     print(
         f"{run.rows} cases in {run.seconds:.2f} s, {run.failed} failed; "
         f"{run.shape_paths} shape paths, {run.solves} contact solves"
     )
-    print(f"table: {run.out / 'cases'}")
-    plot(argparse.Namespace(folder=run.out))
+    print(f"table: {run.out}/cases")
+    if isinstance(run.out, Path):
+        plot(argparse.Namespace(folder=run.out))
     goal = f"{run.report.best} {run.report.column}"
     limits = "".join(f", {name} <= {limit:g}" for name, limit in run.report.limits.items())
     print(f"best designs ({goal}{limits}):")
-    best = run.best()
-    print(output.table(best.drop(columns=["status", "advice"])) if len(best) else "  none")
+    best = run.best().drop(columns=["status", "advice", "case_key"], errors="ignore")
+    print(output.table(best) if len(best) else "  none")
     return output.report_failed_cases(run.out)
 
 
 def status(options: argparse.Namespace) -> int:
-    """Say how far a sweep has come and what failed."""
-    from fastncm.sweeping.folder import read_manifest
+    """Say how far a sweep has come, who is at it, and what failed."""
     from fastncm.sweeping.read import count_statuses
+    from fastncm.sweeping.status import describe
+    from fastncm.sweeping.storage import Storage
 
-    manifest = read_manifest(options.folder)
-    counts = count_statuses(options.folder)
-    print(
-        f"{manifest.study['name']}: {manifest.state}, {sum(counts.values())} of {manifest.cases} "
-        f"cases in the table, {manifest.seconds:.2f} s"
-    )
-    for (word, _), number in sorted(counts.items()):
+    storage = Storage(options.folder)
+    for line in describe(storage):
+        print(line)
+    for (word, _), number in sorted(count_statuses(storage).items()):
         print(f"  {word}: {number}")
     return output.report_failed_cases(options.folder)
+
+
+def compact(options: argparse.Namespace) -> int:
+    """Join the small parts of a sweep that broke off (a sweep that ends does so itself)."""
+    from fastncm.sweeping.compact import compact_folder
+
+    before, after = compact_folder(options.folder)
+    print(f"{before} files before, {after} now")
+    return DONE
 
 
 def plot(options: argparse.Namespace) -> int:

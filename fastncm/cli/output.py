@@ -50,7 +50,7 @@ def table(frame: "pd.DataFrame") -> str:
 
 def write_frame(frame: "pd.DataFrame", file: Path) -> None:
     """By suffix; whole or not at all."""
-    from fastncm.sweeping.parts import write_atomically
+    from fastncm.sweeping.storage import write_atomically
 
     if file.suffix == ".csv":
         write_atomically(file, lambda name: frame.to_csv(name, index=False))
@@ -58,11 +58,13 @@ def write_frame(frame: "pd.DataFrame", file: Path) -> None:
         write_atomically(file, lambda name: frame.to_parquet(name, index=False))
 
 
-def report_failed_cases(folder: Path) -> int:
+def report_failed_cases(folder: Path | str) -> int:
     """Print what failed in a sweep and what can be done about it; the exit code."""
     from fastncm.sweeping.read import GOOD_STATUS, count_statuses
+    from fastncm.sweeping.storage import Storage
 
-    failed = {key: n for key, n in count_statuses(folder).items() if key[0] not in GOOD_STATUS}
+    counts = count_statuses(Storage(folder))
+    failed = {key: n for key, n in counts.items() if key[0] not in GOOD_STATUS}
     for (word, advice), number in sorted(failed.items()):
         print(f"failed: {number} cases {word}. {advice}")
     return SOME_FAILED if failed else DONE

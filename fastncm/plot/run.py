@@ -7,18 +7,24 @@ from pathlib import Path
 import numpy as np
 
 from fastncm.curve import Curve, solve
+from fastncm.errors import SweepError
 from fastncm.plot.chart import LINES, by_importance, chosen, line_chart, map_chart
 from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mark_peak
+from fastncm.plot.scatter import scatter_figure
 from fastncm.plot.shapes import draw_shapes, height_of_line, shapes_figure
 from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
 from fastncm.scene import Scene
-from fastncm.sweeping.folder import read_manifest
-from fastncm.sweeping.read import load
+from fastncm.sweeping.grid import Grid
+from fastncm.sweeping.read import load, read_study
+from fastncm.sweeping.samples import Samples
+from fastncm.sweeping.storage import Storage
 from fastncm.sweeping.study import Study
 
 CURVES = 6
 """Force curves in one picture at most."""
 SNAPSHOTS = 4
+POINTS = 5000
+"""Points in a scatter chart at most."""
 
 
 def plot_run(out: str | os.PathLike[str]) -> list[Path]:
@@ -27,15 +33,18 @@ def plot_run(out: str | os.PathLike[str]) -> list[Path]:
     Each picture varies one or two axes and holds the others at their middle values. The charts show
     the table; curves and shapes of the few cases in a picture are solved again.
     """
-    out = Path(out)
-    study = Study.from_dict(read_manifest(out).study)
-    pictures = _charts(study, out)
-    for name, values in study.grid.axes.items():
-        cases = study.grid.case_ids({name: chosen(len(values), CURVES)})
-        curves = {value_label(name, _value(study, name, i)): solve(_scene(study, i)) for i in cases}
-        figure = curves_figure(curves, title(name), _held(study, [name]))
-        pictures.append(save(figure, out / f"curves_{name.replace('.', '_')}.png"))
-    curve = solve(_scene(study, study.grid.case_ids({})[0]))
+    storage = Storage(out)
+    if storage.local is None:
+        raise SweepError(f"{out}: pictures are drawn into local folders only")
+    out = storage.local
+    study = read_study(storage)
+    if isinstance(study.cases, Grid):
+        pictures = _grid_pictures(study, study.cases, out)
+        middle = int(study.cases.case_ids({})[0])
+    else:
+        pictures = _scatter(study, study.cases, out)
+        middle = _median_case(study, out)
+    curve = solve(_scene(study, middle))
     pictures.append(save(shapes_figure(curve, snapshot_rows(curve)), out / "shapes.png"))
     return pictures
 
@@ -66,44 +75,71 @@ def snapshot_rows(curve: Curve) -> list[int]:
     return [int(order[row]) for row in sorted(set(rows))]
 
 
-def _charts(study: Study, out: Path) -> list[Path]:
+def _grid_pictures(study: Study, grid: Grid, out: Path) -> list[Path]:
+    """Charts over the axes of a grid, and force curves along each."""
+    pictures = _charts(study, grid, out)
+    for name, values in grid.axes.items():
+        cases = grid.case_ids({name: chosen(len(values), CURVES)})
+        curves = {value_label(name, _value(study, name, i)): solve(_scene(study, i)) for i in cases}
+        figure = curves_figure(curves, title(name), _held(study, grid, [name]))
+        pictures.append(save(figure, out / f"curves_{name.replace('.', '_')}.png"))
+    return pictures
+
+
+def _charts(study: Study, grid: Grid, out: Path) -> list[Path]:
     """Lines and, over two numeric axes, a map of the column that the study reports."""
-    numeric = [name for name, values in study.grid.axes.items() if values.dtype != object]
-    axes = by_importance([name for name in numeric if len(study.grid.axes[name]) > 1])
+    numeric = [name for name, values in grid.axes.items() if values.dtype != object]
+    axes = by_importance([name for name in numeric if len(grid.axes[name]) > 1])
     if not axes:
         return []
     x, *others = axes
     y = next(iter(others), None)
     column = study.report.column
-    held = _held(study, axes[:2])
-    sizes = {name: len(study.grid.axes[name]) for name in axes[:2]}
+    held = _held(study, grid, axes[:2])
+    sizes = {name: len(grid.axes[name]) for name in axes[:2]}
     picked = {x: range(sizes[x])} | ({y: chosen(sizes[y], LINES)} if y else {})
-    rows = load(out, case_ids=study.grid.case_ids(picked)).sort_values(x, kind="stable")
+    rows = load(out, case_ids=grid.case_ids(picked)).sort_values(x, kind="stable")
     pictures = [save(line_chart(rows, column, x, y, held), out / "design_chart.png")]
     if y is not None:
-        rows = load(
-            out, case_ids=study.grid.case_ids({name: range(n) for name, n in sizes.items()})
-        )
+        rows = load(out, case_ids=grid.case_ids({name: range(n) for name, n in sizes.items()}))
         figure = map_chart(rows, column, x, y, study.report.limits, held)
         pictures.append(save(figure, out / "design_map.png"))
     return pictures
 
 
-def _held(study: Study, varied: Sequence[str]) -> str:
+def _scatter(study: Study, samples: Samples, out: Path) -> list[Path]:
+    """The column that the study reports over each numeric axis, one point per case."""
+    column = study.report.column
+    axes = [name for name, values in samples.axes.items() if values.dtype != object]
+    if not axes:
+        return []
+    shown = np.unique(np.linspace(0, samples.size - 1, POINTS).round().astype(int))
+    rows = load(out, case_ids=shown, columns=[*axes, column])
+    return [save(scatter_figure(rows, column, axes), out / "design_scatter.png")]
+
+
+def _median_case(study: Study, out: Path) -> int:
+    """The case whose reported value is the middle one; the first where none has a value."""
+    rows = load(out, columns=["case_id", study.report.column]).dropna()
+    ranked = rows.sort_values(study.report.column, kind="stable")["case_id"]
+    return int(ranked.iloc[len(ranked) // 2]) if len(ranked) else 0
+
+
+def _held(study: Study, grid: Grid, varied: Sequence[str]) -> str:
     """The axes that a picture does not vary, at their middle values, in words."""
-    middle = study.grid.case_ids({})[0]
+    middle = grid.case_ids({})[0]
     return ", ".join(
         f"{title(name)} {value_label(name, _value(study, name, middle))}"
-        for name in study.axes
+        for name in grid.axes
         if name not in varied
     )
 
 
 def _scene(study: Study, case_id: int) -> Scene:
     """The scene of one case."""
-    return study.scene.replace({name: _value(study, name, case_id) for name in study.axes})
+    return study.scene.replace({name: _value(study, name, case_id) for name in study.cases.axes})
 
 
 def _value(study: Study, name: str, case_id: int) -> object:
-    value = study.grid.columns(np.array([case_id]))[name][0]
+    value = study.cases.columns(np.array([case_id]))[name][0]
     return value.item() if isinstance(value, np.generic) else value

@@ -1,8 +1,18 @@
-"""Design studies: full grids over a scene, solved on all cores into Parquet tables."""
+"""Design studies: many cases of a scene, solved on one machine or many, into Parquet tables."""
 
 from fastncm.sweeping.read import load
 from fastncm.sweeping.run import BrokenOff, SweepRun, sweep
-from fastncm.sweeping.study import Report, Study
-from fastncm.sweeping.study_file import load_study
+from fastncm.sweeping.study import Design, Report, Study
+from fastncm.sweeping.study_file import load_study, read_cases
 
-__all__ = ["BrokenOff", "Report", "Study", "SweepRun", "load", "load_study", "sweep"]
+__all__ = [
+    "BrokenOff",
+    "Design",
+    "Report",
+    "Study",
+    "SweepRun",
+    "load",
+    "load_study",
+    "read_cases",
+    "sweep",
+]

@@ -1,6 +1,7 @@
-"""The values of one axis: a list, or ends and a number of values."""
+"""The values of one axis: a list, ends and a number of values, or the range that is sampled."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,9 +12,26 @@ from fastncm.scene.names import QUANTITY
 from fastncm.scene.refusal import refusal
 
 SPACES: dict[str, Callable[..., np.ndarray]] = {"linspace": np.linspace, "geomspace": np.geomspace}
+RANGES = ("uniform", "loguniform")
 EXPECTED = "a list, {linspace = [low, high, number]} or {geomspace = [low, high, number]}"
+EXPECTED_SAMPLED = "a list, {uniform = [low, high]} or {loguniform = [low, high]}"
 
 Axis = Sequence[object] | np.ndarray | Mapping[str, Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Range:
+    """The values between two ends, all equally likely (or all orders of magnitude)."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, fractions: np.ndarray) -> np.ndarray:
+        """The values below which these fractions (0 to 1) of the range lie, same shape."""
+        if self.logarithmic:
+            return np.asarray(self.low * (self.high / self.low) ** fractions)
+        return np.asarray(self.low + (self.high - self.low) * fractions)
 
 
 def axis_values(name: str, axis: Axis) -> np.ndarray:
@@ -32,6 +50,24 @@ def axis_values(name: str, axis: Axis) -> np.ndarray:
     return values
 
 
+def sampled_axis(name: str, axis: Axis) -> Range | np.ndarray:
+    """The range of a sampled axis, or the values, shape (n,), that are equally likely.
+
+    SceneError as for `axis_values`.
+    """
+    if not isinstance(axis, Mapping) or axis.keys() & SPACES.keys():
+        return axis_values(name, axis)
+    try:
+        check_name(name)
+        kind, (low, high) = _numbers(name, axis, RANGES, 2, EXPECTED_SAMPLED)
+        if not high > low or (kind == "loguniform" and not low > 0):
+            ends = "0 < low < high" if kind == "loguniform" else "low < high"
+            raise refusal(name, dict(axis), f"{{{kind} = [low, high]}} with {ends}")
+    except SceneError as error:
+        raise SceneError(str(error), name=f"axes.{name}") from None
+    return Range(float(low), float(high), kind == "loguniform")
+
+
 def plain_axis(axis: Axis) -> object:
     """The axis as JSON can hold it, as short as it was given."""
     if isinstance(axis, Mapping):
@@ -41,21 +77,28 @@ def plain_axis(axis: Axis) -> object:
 
 def _spaced(name: str, axis: Mapping[str, Sequence[float]]) -> np.ndarray:
     """Written out from {linspace = [low, high, number]} or {geomspace = ...}."""
-    if len(axis) != 1 or not axis.keys() <= SPACES.keys():
-        raise refusal(name, dict(axis), EXPECTED)
-    ((kind, numbers),) = axis.items()
-    if (
-        not isinstance(numbers, Sequence)
-        or len(numbers) != 3
-        or not all(is_number(number) and np.isfinite(number) for number in numbers)
-        or int(numbers[2]) != numbers[2]
-        or numbers[2] < 0
-    ):
+    kind, (low, high, count) = _numbers(name, axis, SPACES, 3, EXPECTED)
+    if int(count) != count or count < 0:
         raise refusal(name, dict(axis), f"{{{kind} = [low, high, number of values]}}")
-    low, high, count = numbers
     if kind == "geomspace" and not low * high > 0:
         raise refusal(name, dict(axis), "between ends of one sign, none of them 0")
     return SPACES[kind](low, high, int(count))
+
+
+def _numbers(
+    name: str, axis: Mapping[str, Sequence[float]], kinds: Iterable[str], count: int, expected: str
+) -> tuple[str, Sequence[float]]:
+    """Kind and numbers of an axis that is a table of one entry with `count` finite numbers."""
+    if len(axis) != 1 or not axis.keys() <= set(kinds):
+        raise refusal(name, dict(axis), expected)
+    ((kind, numbers),) = axis.items()
+    if (
+        not isinstance(numbers, Sequence)
+        or len(numbers) != count
+        or not all(is_number(number) and np.isfinite(number) for number in numbers)
+    ):
+        raise refusal(name, dict(axis), expected)
+    return kind, numbers
 
 
 def _listed(name: str, axis: object) -> np.ndarray:

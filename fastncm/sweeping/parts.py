@@ -1,73 +1,175 @@
-"""Parquet parts: buffered, written under a temporary name, renamed when complete.
+"""The Parquet parts of a sweep, and what each says about itself.
 
-A part is therefore either whole or absent, whatever happens to the process: one truncated file
-would make the folder unreadable.
+A part of the cases table carries in its metadata the study, what solving its rows took, and which
+files of the curves table belong to it. A file of curves counts only through the part that names
+it: cases and their curves appear together, with one rename. A part made by joining others names
+those too, and from then on they do not count.
 """
 
-import os
+import json
 import re
-from collections.abc import Callable, Mapping
-from contextlib import suppress
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-PART_NAME = re.compile(r"part-\d{5,}\.parquet")
+from fastncm.sweeping.storage import Storage
+
+TABLES = ("cases", "curves")
+PART_NAME = re.compile(r"part-(\d{5,})\.parquet")
+FACTS = b"part"
+"""Key of the facts in a part's metadata."""
+COMPRESSION = "zstd"
 
 
-def part_files(folder: Path) -> list[Path]:
-    """The finished parts of a table, by number; temporary files are left out."""
-    if not folder.is_dir():
-        return []
-    names = [path for path in folder.iterdir() if PART_NAME.fullmatch(path.name)]
-    return sorted(names, key=lambda path: (len(path.name), path.name))
+@dataclass(frozen=True)
+class CurvesFile:
+    """A file of the curves table as the part that names it expects it."""
+
+    name: str
+    rows: int
+    size: int  # bytes
 
 
-def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write(temporary path)`, then give the file its name. OSErrors leave nothing behind."""
-    temporary = path.with_name(f".{path.name}.tmp")
+@dataclass(frozen=True)
+class Facts:
+    """What a part of the cases table says about itself."""
+
+    failed: int = 0  # rows that are neither converged nor without contact
+    shape_paths: int = 0  # dimensionless problems solved along the path
+    solves: int = 0  # contact solves
+    seconds: float = 0.0  # of all workers together
+    curves: tuple[CurvesFile, ...] = ()
+    replaces: tuple[str, ...] = ()  # names of the parts that it holds the rows of
+
+    def to_json(self) -> str:
+        """For the metadata of a part."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: bytes) -> "Facts":
+        """The facts of `to_json`. Raises ValueError, TypeError or KeyError for anything else."""
+        plain = json.loads(text)
+        curves = tuple(CurvesFile(**file) for file in plain.pop("curves"))
+        return cls(**plain | {"curves": curves, "replaces": tuple(plain["replaces"])})
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the cases table."""
+
+    name: str
+    rows: int
+    size: int  # bytes
+    facts: Facts
+
+
+def added_up(facts: Sequence[Facts]) -> Facts:
+    """The facts of several parts as one."""
+    return Facts(
+        failed=sum(fact.failed for fact in facts),
+        shape_paths=sum(fact.shape_paths for fact in facts),
+        solves=sum(fact.solves for fact in facts),
+        seconds=sum(fact.seconds for fact in facts),
+        curves=tuple(file for fact in facts for file in fact.curves),
+    )
+
+
+class DamagedPart(Exception):
+    """A part that is not what it should be; the message says how."""
+
+
+def part_name(number: int) -> str:
+    """The file name of a part."""
+    return f"part-{number:05d}.parquet"
+
+
+def part_sizes(storage: Storage, table: str) -> dict[str, int]:
+    """The finished files of a table with their sizes, by number; temporary files are left out."""
+    found = storage.sizes(table)
+    names = [name for name in found if PART_NAME.fullmatch(name)]
+    return {name: found[name] for name in sorted(names, key=_number)}
+
+
+def next_number(storage: Storage, table: str) -> int:
+    """A number that no part of the table has."""
+    return max(map(_number, part_sizes(storage, table)), default=-1) + 1
+
+
+def open_part(storage: Storage, table: str, name: str) -> pq.ParquetFile:
+    """A part for reading. Raises OSError or pa.ArrowException where it is damaged."""
+    source = storage.filesystem.open_input_file(storage.path(f"{table}/{name}"))
     try:
-        write(temporary)
-        os.replace(temporary, path)
-    finally:
-        with suppress(OSError):  # a folder that refuses writing refuses this too
-            temporary.unlink(missing_ok=True)
+        return pq.ParquetFile(source, page_checksum_verification=True)
+    except BaseException:
+        source.close()
+        raise
 
 
-def reason(error: OSError) -> str:
-    """The system's own words; Arrow wraps them in many of its own."""
-    return os.strerror(error.errno) if error.errno else str(error)
+def inspect_part(storage: Storage, name: str, size: int) -> Part:
+    """The part of the cases table with this name. DamagedPart where it, or a file of curves that it
+    names, is not whole."""
+    try:
+        with open_part(storage, "cases", name) as file:
+            rows, metadata = file.metadata.num_rows, file.schema_arrow.metadata or {}
+        facts = Facts.from_json(metadata[FACTS])
+    except (OSError, pa.ArrowException) as error:
+        raise DamagedPart(
+            f"cases/{name} is not a whole Parquet file ({_first_line(error)})"
+        ) from None
+    except (KeyError, TypeError, ValueError):
+        raise DamagedPart(f"cases/{name} was not written by a sweep") from None
+    return Part(name, int(rows), size, facts)
 
 
-class PartWriter:
-    """Collects tables of one schema and writes them as `part-00000.parquet`, `part-00001...`.
+def check_curves(storage: Storage, part: Part, sizes: dict[str, int]) -> None:
+    """DamagedPart where a file of curves that the part names is missing or not whole.
 
-    metadata: what every part says about itself, beside the units of its columns.
+    sizes: the files of the curves table.
     """
+    for file in part.facts.curves:
+        if file.name not in sizes:
+            raise DamagedPart(f"curves/{file.name} is missing")
+        try:
+            with open_part(storage, "curves", file.name) as opened:
+                rows = opened.metadata.num_rows
+        except (OSError, pa.ArrowException) as error:
+            raise DamagedPart(
+                f"curves/{file.name} is not a whole Parquet file ({_first_line(error)})"
+            ) from None
+        if (rows, sizes[file.name]) != (file.rows, file.size):
+            raise DamagedPart(f"curves/{file.name} is not the file that was written")
 
-    def __init__(self, folder: Path, metadata: Mapping[str, str]) -> None:
-        self.folder = folder
-        self.metadata = metadata
-        self.buffered_bytes = 0
-        self._buffer: list[pa.Table] = []
-        self._count = 0
 
-    def add(self, table: pa.Table) -> None:
-        """Buffer the rows of `table`."""
-        self._buffer.append(table)
-        self.buffered_bytes += table.nbytes
+def survey(storage: Storage) -> tuple[list[Part], list[str]]:
+    """The parts of the cases table that count, by number, and sentences on those that do not."""
+    parts, damage = [], []
+    for name, size in part_sizes(storage, "cases").items():
+        try:
+            parts.append(inspect_part(storage, name, size))
+        except DamagedPart as error:
+            damage.append(str(error))
+    replaced = {name for part in parts for name in part.facts.replaces}
+    return [part for part in parts if part.name not in replaced], damage
 
-    def flush(self) -> int:
-        """Write what is buffered, if anything, as one part. Returns the number of rows written.
 
-        Where writing fails (OSError), the buffered rows are dropped.
-        """
-        if not self._buffer:
-            return 0
-        table = pa.concat_tables(self._buffer).replace_schema_metadata(self.metadata)
-        self._buffer, self.buffered_bytes = [], 0
-        path = self.folder / f"part-{self._count:05d}.parquet"
-        write_atomically(path, lambda name: pq.write_table(table, name, compression="zstd"))
-        self._count += 1
-        return int(table.num_rows)
+def files_of(storage: Storage, table: str) -> Iterator[str]:
+    """The names of a table's files that count. DamagedPart at the first damaged part."""
+    parts, damage = survey(storage)
+    if damage:
+        raise DamagedPart(damage[0])
+    for part in parts:
+        if table == "cases":
+            yield part.name
+        else:
+            yield from (file.name for file in part.facts.curves)
+
+
+def _number(name: str) -> int:
+    match = PART_NAME.fullmatch(name)
+    return int(match[1]) if match else -1
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).partition("\n")[0][:120]

@@ -1,33 +1,46 @@
-"""Running a study: blocks in, Parquet parts out, progress in between."""
+"""Running a study: finished tasks in, Parquet parts out, progress in between.
+
+Whatever ends a run, the next one finds out what is in the table and solves the rest.
+"""
 
 import os
 import sys
-import time
-import warnings
-from collections.abc import Generator, Iterator
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from joblib import cpu_count
+import pyarrow.parquet as pq
 from tqdm import tqdm
 
 from fastncm.errors import SweepError
 from fastncm.kernels.cache import is_cold
-from fastncm.sweeping.folder import Manifest, begin, claim, read_manifest, write_manifest
-from fastncm.sweeping.parts import PartWriter, reason
-from fastncm.sweeping.read import best_designs
-from fastncm.sweeping.schema import metadata, versions
-from fastncm.sweeping.study import Report, Study
+from fastncm.sweeping.backends import Workers, WorkersLost, choose_workers, finished_tasks
+from fastncm.sweeping.compact import compact
+from fastncm.sweeping.identity import solver_version
+from fastncm.sweeping.lock import sole_run
+from fastncm.sweeping.manifest import (
+    MANIFEST,
+    Manifest,
+    Run,
+    differences,
+    in_words,
+    read_manifest,
+    write_manifest,
+)
+from fastncm.sweeping.parts import TABLES
+from fastncm.sweeping.read import CASES_FILE, best_designs
+from fastncm.sweeping.samples import Samples
+from fastncm.sweeping.schema import versions
+from fastncm.sweeping.stock import Stock, take_stock
+from fastncm.sweeping.storage import Storage, reason
+from fastncm.sweeping.store import Store
+from fastncm.sweeping.study import LISTED, Report, Study
 from fastncm.sweeping.study_file import load_study
-from fastncm.sweeping.tasks import Finished, finished_blocks
 
-PART_BYTES = 64 * 2**20
-"""Size of the buffers in memory at which parts are written."""
-PART_SECONDS = 30.0
-"""Finished rows wait no longer than this for being written."""
+PATIENT_LOSSES = 3
+"""Workers may be lost so often, one time after the other, without a task coming back."""
 
 
 class BrokenOff(SweepError):
@@ -38,89 +51,176 @@ class BrokenOff(SweepError):
 class SweepRun:
     """What a sweep did."""
 
-    out: Path
+    out: Path | str  # a path; the URI where one was given
     rows: int
     failed: int  # rows that are neither converged nor without contact
     shape_paths: int  # dimensionless problems solved along the path
     solves: int  # contact solves
-    seconds: float
+    seconds: float  # of all runs together
     fresh: bool  # False: the folder held the complete table already
+    resumed: int  # rows that an earlier run had left
+    found: tuple[str, ...]  # sentences on what an earlier run left and was not in order
     report: Report
 
     def best(self, n: int = 5) -> pd.DataFrame:
         """The n best designs by the study's report, best first."""
-        return best_designs(self.out, self.report, n)
+        return best_designs(Storage(self.out), self.report, n)
 
 
 def sweep(
-    study: str | os.PathLike[str] | Study, out: str | os.PathLike[str], jobs: int | None = None
+    study: str | os.PathLike[str] | Study,
+    out: str | os.PathLike[str],
+    jobs: int | None = None,
+    *,
+    backend: str = "loky",
+    scheduler: str | None = None,
 ) -> SweepRun:
-    """Solve every case of a study and write the table to the folder `out`.
+    """Solve every case of a study and write the table to `out`, a folder or a URI.
 
-    jobs: number of processes, all cores by default. A folder that holds another study is refused
-    (SweepError); one that holds the same study complete is left as it is; one where the same study
-    broke off is started over. Bad input (SceneError) is found before anything is written. Where the
-    run cannot go on (BrokenOff) or is interrupted (KeyboardInterrupt), the finished parts stay
+    jobs: number of processes, all cores by default. backend: "loky" (processes), "threading", or
+    "dask" with the address of a scheduler (without one, a cluster of `jobs` workers is started
+    here).
+
+    A folder that holds another study, or that another run is writing to, is refused (SweepError);
+    one that holds the same study complete is left as it is; where the same study broke off, what is
+    missing is solved. Bad input (SceneError) is found before anything is written. Where the run
+    cannot go on (BrokenOff) or is interrupted (KeyboardInterrupt), the finished parts stay
     readable.
     """
     if not isinstance(study, Study):
         study = load_study(study)
     else:
         study.check()
-    if jobs is not None and jobs < 1:
-        raise SweepError(f"jobs = {jobs}: must be at least 1")
-    out = Path(out)
-    earlier = claim(out, study)
-    if earlier is None or earlier.state != "complete":
-        _run(study, out, jobs or cpu_count())
-    return _summary(out, study.report, fresh=earlier is None or earlier.state != "complete")
+    workers = choose_workers(backend, jobs, scheduler)
+    storage = Storage(out)
+    earlier = _claim(storage, study)
+    if earlier is not None and earlier.state == "complete":
+        return _summary(storage, study.report)
+    _make_folders(storage, study)
+    with sole_run(storage):
+        earlier = _claim(storage, study)  # another run may just have ended
+        if earlier is not None and earlier.state == "complete":
+            return _summary(storage, study.report)
+        run = Run(workers.backend, workers.jobs)
+        manifest = Manifest(study.to_dict(), solver_version(), versions(), run)
+        manifest.cases = study.cases.size
+        manifest.seconds = 0.0 if earlier is None else earlier.seconds
+        stock = _begin(storage, study, manifest)
+        resumed = int(stock.done.sum())
+        _run(storage, study, manifest, stock, workers)
+    return _summary(storage, study.report, resumed, stock)
 
 
-def _summary(out: Path, report: Report, fresh: bool) -> SweepRun:
-    done = read_manifest(out)
+def _claim(storage: Storage, study: Study) -> Manifest | None:
+    """Whether `study` may write to the folder; touches nothing.
+
+    Returns the manifest of an earlier run of the same study, or None. SweepError where the folder
+    holds anything else.
+    """
+    if storage.is_file():
+        raise SweepError(f"{storage} is a file: the results need a folder")
+    if not storage.exists(MANIFEST):
+        for name in TABLES:
+            if storage.sizes(name):
+                raise SweepError(
+                    f"{storage} already holds a folder '{name}' that no sweep of fastncm wrote; "
+                    "nothing was touched: choose another folder"
+                )
+        return None
+    manifest = read_manifest(storage)
+    if found := differences(manifest, study.to_dict(), solver_version()):
+        raise SweepError(
+            f"{storage} already holds the table of another study ('{manifest.study.get('name')}'): "
+            f"{in_words(found)}; nothing was touched: choose another folder, or remove this one"
+        )
+    return manifest
+
+
+def _make_folders(storage: Storage, study: Study) -> None:
+    try:
+        for name in ("", *TABLES[: 1 + study.curves]):
+            storage.make_folder(name)
+    except OSError as error:
+        raise SweepError(f"cannot write to {storage}: {reason(error)}") from error
+
+
+def _begin(storage: Storage, study: Study, manifest: Manifest) -> Stock:
+    """Take the folder: from now on the manifest names this run. Returns what is done already."""
+    try:
+        stock = take_stock(storage, study)
+        manifest.run.found = stock.found
+        if isinstance(study.cases, Samples) and study.design.kind == LISTED:
+            cases = study.cases.to_arrow()
+            storage.write(CASES_FILE, lambda stream: pq.write_table(cases, stream))
+        write_manifest(storage, manifest)
+    except OSError as error:
+        raise SweepError(f"cannot write to {storage}: {reason(error)}") from error
+    if read_manifest(storage).run.token != manifest.run.token:  # only where there are no locks
+        raise SweepError(f"another run has just begun in {storage}")
+    for sentence in stock.found:
+        print(f"fastncm: {storage}: {sentence}", file=sys.stderr)
+    return stock
+
+
+def _summary(
+    storage: Storage, report: Report, resumed: int = 0, stock: Stock | None = None
+) -> SweepRun:
+    done = read_manifest(storage)
     return SweepRun(
-        out=out,
+        out=storage.given if storage.local is None else storage.local,
         rows=done.rows,
         failed=done.failed,
         shape_paths=done.shape_paths,
         solves=done.solves,
         seconds=done.seconds,
-        fresh=fresh,
+        fresh=stock is not None,
+        resumed=resumed,
+        found=() if stock is None else tuple(stock.found),
         report=report,
     )
 
 
-def _run(study: Study, out: Path, jobs: int) -> None:
-    manifest = Manifest(study.to_dict(), versions(), cases=study.grid.size)
-    begin(out, manifest)
-    store = _Store(study, out, manifest)
+def _run(
+    storage: Storage, study: Study, manifest: Manifest, stock: Stock, workers: Workers
+) -> None:
+    store = Store(storage, study, manifest, stock)
     with (
-        _progress(study) as bar,  # outermost: that its line cannot be drawn spoils no table
+        _progress(study, manifest) as bar,  # outermost: that it cannot be drawn spoils no table
         _kept_readable(store),
-        _ended(finished_blocks(study, jobs)) as blocks,
+        store.renewed(),
     ):
+        losses = 0
+        while not stock.done.all():
+            received = manifest.received
+            try:
+                _solve(store, workers, bar)
+            except WorkersLost as loss:
+                losses = losses + 1 if manifest.received == received else 1
+                if losses > PATIENT_LOSSES:
+                    raise
+                manifest.run.found.append(f"{loss}; the cases it had in hand were solved again")
+        store.flush()
+        compact(storage)
+
+
+def _solve(store: Store, workers: Workers, bar: tqdm) -> None:
+    """Solve what is missing. Raises WorkersLost and OSError."""
+    blocks = finished_tasks(store.study, workers, store.done)
+    try:
         for block in blocks:
             store.add(block)
-            bar.set_description(study.name, refresh=False)
-            bar.set_postfix(failed=manifest.failed, refresh=False)
+            bar.set_description(store.study.name, refresh=False)
+            bar.set_postfix(failed=store.manifest.failed, refresh=False)
             bar.update(block.rows)
-
-
-@contextmanager
-def _ended(blocks: Generator[Finished, None, None]) -> Iterator[Iterator[Finished]]:
-    """The blocks; what is still in work when they are left is given up."""
-    try:
-        yield blocks
     finally:
-        with warnings.catch_warnings():  # that tasks were cancelled is said once, by the error
-            warnings.filterwarnings("ignore", r"\d+ tasks which were still", UserWarning)
-            blocks.close()
+        blocks.close()  # what is still in work is given up
 
 
-def _progress(study: Study) -> tqdm:
+def _progress(study: Study, manifest: Manifest) -> tqdm:
     """Cases done, failed, rate and time left, on stderr."""
     return tqdm(
-        total=study.grid.size,
+        total=study.cases.size,
+        initial=manifest.received,
         desc="compiling (first use only)" if is_cold() else study.name,
         unit=" cases",
         unit_scale=True,
@@ -128,60 +228,26 @@ def _progress(study: Study) -> tqdm:
     )
 
 
-class _Store:
-    """Writes finished blocks to both tables and keeps count in the manifest."""
-
-    def __init__(self, study: Study, out: Path, manifest: Manifest) -> None:
-        self.out = out
-        self.manifest = manifest
-        self._cases = PartWriter(out / "cases", metadata(study))
-        self._curves = PartWriter(out / "curves", metadata(study))
-        self._started = self._last = time.monotonic()
-
-    def add(self, block: Finished) -> None:
-        """Buffer a block; write a part of each table when the buffers are full or old."""
-        if block.curves is not None:
-            self._curves.add(block.curves)
-        self._cases.add(block.cases)
-        self.manifest.failed += block.failed
-        self.manifest.shape_paths += block.shape_paths
-        self.manifest.solves += block.solves
-        full = self._cases.buffered_bytes + self._curves.buffered_bytes >= PART_BYTES
-        if full or time.monotonic() - self._last >= PART_SECONDS:
-            self.flush()
-
-    def flush(self) -> None:
-        """Write what is buffered: curves first, so that a case in the table has its curve."""
-        self._curves.flush()
-        self.manifest.rows += self._cases.flush()
-        self._last = time.monotonic()
-
-    def close(self, state: str) -> None:
-        """Write the rest and the manifest."""
-        self.flush()
-        self.manifest.state = state
-        self.manifest.seconds = time.monotonic() - self._started
-        write_manifest(self.out, self.manifest)
-
-
 @contextmanager
-def _kept_readable(store: _Store) -> Iterator[None]:
+def _kept_readable(store: Store) -> Iterator[None]:
     """However the run ends, what was finished is in the table and the manifest says so."""
+    where = store.storage
     try:
         yield
         store.close("complete")
     except KeyboardInterrupt:
         store.close("interrupted")
         done = store.manifest
-        raise KeyboardInterrupt(f"{done.rows} of {done.cases} cases are in {store.out}") from None
+        raise KeyboardInterrupt(f"{done.rows} of {done.cases} cases are in {where}") from None
     except BaseException as error:
         with suppress(OSError):  # the disk may be what failed
             store.close("broken off")
-        kept = f"{store.manifest.rows} finished cases stay readable"
+        kept = (
+            f"{store.manifest.rows} finished cases stay readable, and the same command goes on "
+            "from there"
+        )
         if isinstance(error, OSError):
-            raise BrokenOff(f"cannot write to {store.out}: {reason(error)}; {kept}") from error
-        if isinstance(error, BrokenProcessPool):
-            raise BrokenOff(
-                f"{store.out}: a worker process died (out of memory?); {kept}"
-            ) from error
+            raise BrokenOff(f"cannot write to {where}: {reason(error)}; {kept}") from error
+        if isinstance(error, WorkersLost):
+            raise BrokenOff(f"{where}: {error}; {kept}") from error
         raise

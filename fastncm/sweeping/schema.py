@@ -11,9 +11,8 @@ import pyarrow as pa
 from fastncm import __version__
 from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.scene import unit_of
-from fastncm.sweeping.study import TEXT_COLUMNS, Study
+from fastncm.sweeping.study import Study
 
-WHOLE_COLUMNS = ("positions", "iterations", "contacts")
 PACKAGES = ("numba", "numpy", "pyarrow", "joblib")
 
 
@@ -28,16 +27,23 @@ def metadata(study: Study) -> dict[str, str]:
     return {"study": json.dumps(study.to_dict()), "versions": json.dumps(versions())}
 
 
-def cases_table(study: Study, case_ids: np.ndarray, cases: Mapping[str, np.ndarray]) -> pa.Table:
-    """`case_id`, the axes under their dotted names, and the results of the cases.
+def results_table(keys: np.ndarray, cases: Mapping[str, np.ndarray]) -> pa.Table:
+    """The results of C cases with the cases' identities: all that a worker sends back.
 
-    case_ids: shape (C,); cases: result columns as `solve_chunk` returns them, each (C,).
+    keys: shape (C,); cases: result columns as `solve_chunk` returns them, each (C,).
     """
-    grid = study.grid
-    columns = {"case_id": (pa.array(case_ids), "1")}
-    for (name, values), index in zip(grid.axes.items(), grid.positions(case_ids), strict=True):
-        columns[name] = _axis_column(values, index), unit_of(name)
+    columns = {"case_key": (pa.array(keys), "1")}
     return _table(columns | _results(cases, CASE_UNITS))
+
+
+def cases_table(study: Study, case_ids: np.ndarray, results: pa.Table) -> pa.Table:
+    """`case_id`, the axes under their dotted names, and the results, each of shape (C,)."""
+    axes = study.cases.arrow_columns(case_ids)
+    columns = {"case_id": (pa.array(case_ids), "1")}
+    table = _table(columns | {name: (axis, unit_of(name)) for name, axis in axes.items()})
+    for field in results.schema:
+        table = table.append_column(field, results[field.name])
+    return table
 
 
 def curves_table(case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.Table:
@@ -49,32 +55,19 @@ def curves_table(case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.T
     return _table(columns | _results(curves, CURVE_UNITS))
 
 
-def _axis_column(values: np.ndarray, index: np.ndarray) -> pa.Array:
-    """The values of an axis at `index`, shape (C,).
-
-    The type is that of the whole axis, so that all parts of a table agree; values of mixed types (a
-    number or "touch") become text.
-    """
-    if values.dtype != object:
-        return pa.array(values[index])
-    try:
-        axis = pa.array(values.tolist())
-    except (pa.ArrowInvalid, pa.ArrowTypeError):
-        axis = pa.array([str(value) for value in values])
-    return axis.take(pa.array(index))
-
-
 def _results(
     columns: Mapping[str, np.ndarray], units: Mapping[str, str]
 ) -> dict[str, tuple[pa.Array, str]]:
     """The columns that `units` names, in its order, as Arrow arrays with their units."""
-    return {name: (pa.array(columns[name], _type(name)), unit) for name, unit in units.items()}
+    return {
+        name: (pa.array(columns[name], _type(columns[name])), unit)
+        for name, unit in units.items()
+        if name in columns
+    }
 
 
-def _type(column: str) -> pa.DataType:
-    if column in TEXT_COLUMNS:
-        return pa.string()
-    return pa.int64() if column in WHOLE_COLUMNS else pa.float64()
+def _type(column: np.ndarray) -> pa.DataType:
+    return pa.string() if column.dtype == object else pa.from_numpy_dtype(column.dtype)
 
 
 def _table(columns: Mapping[str, tuple[pa.Array, str]]) -> pa.Table:

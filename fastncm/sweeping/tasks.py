@@ -1,45 +1,60 @@
-"""The work of a sweep as a stream of finished blocks, in this process or on all cores.
+"""One task of a sweep: parameters in, columns out.
 
-The first blocks run in this process: they compile what is not compiled yet (or load it from the
-cache) and show how long a case takes. The rest is cut into tasks of TASK_SECONDS, and goes to
-worker processes only where that pays for starting them.
+A task carries the scene, the parameters of its cases and nothing of the rest of the study, so that
+it can be sent to any machine; what comes back are the results' columns, curves already as the
+bytes of a Parquet file, because packing them takes longer than solving.
 """
 
-from collections.abc import Generator
+import fcntl
+import hashlib
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
-from signal import SIG_IGN, SIGINT, signal
-from time import perf_counter
+from functools import cache
+from time import perf_counter, sleep
 
 import numpy as np
 import pyarrow as pa
-from joblib import Parallel, delayed
+import pyarrow.parquet as pq
 
-from fastncm.cases import scale_only_names, solve_chunk
-from fastncm.sweeping.plan import MAX_ROWS, Plan
+from fastncm.cases import solve_chunk
+from fastncm.errors import SweepError
+from fastncm.kernels.cache import JIT_OFF, cache_directory
+from fastncm.scene import Scene
+from fastncm.scene.names import OPTION
+from fastncm.sweeping.identity import case_keys, solver_version
+from fastncm.sweeping.parts import COMPRESSION
 from fastncm.sweeping.read import failed_rows
-from fastncm.sweeping.schema import cases_table, curves_table
+from fastncm.sweeping.schema import curves_table, results_table
 from fastncm.sweeping.study import Study
 
-TASK_SECONDS = 0.5
-"""Length of a task. Dispatching one costs about a millisecond."""
-FIRST_ROWS = 64
-MEASURED_SECONDS = 0.05
-"""The first blocks grow until one takes this long: shorter ones cannot be measured."""
-WORKER_START_SECONDS = 2.0
-"""Time in which a worker starts and imports its packages (measured: 1.5 to 2 s)."""
-CURVE_ROWS = 250_000
-"""Rows of curves in a task at most: 45 MB."""
-HELD_BYTES = 512 * 2**20
-"""Results that workers may have ready before the parent has written them."""
+
+@dataclass(frozen=True)
+class Task:
+    """Some cases of a study.
+
+    case_ids: shape (C,); columns: dotted name to the cases' values, each (C,).
+    metadata: of the curves' file, None where no curves are asked for.
+    """
+
+    scene: Scene
+    case_ids: np.ndarray
+    columns: dict[str, np.ndarray]
+    metadata: dict[str, str] | None
+    solver: str
 
 
 @dataclass(frozen=True)
 class Finished:
-    """The rows of one block and what they took."""
+    """The results of a task and what they took. curves: a Parquet file of `curves_rows` rows."""
 
-    cases: pa.Table
-    curves: pa.Table | None
+    case_ids: np.ndarray
+    results: pa.Table
+    curves: pa.Buffer | None
+    curves_rows: int
     failed: int
     shape_paths: int
     solves: int
@@ -47,21 +62,39 @@ class Finished:
 
     @property
     def rows(self) -> int:
-        return int(self.cases.num_rows)
+        return len(self.case_ids)
 
     @property
     def nbytes(self) -> int:
         """Size in memory."""
-        return int(self.cases.nbytes + (0 if self.curves is None else self.curves.nbytes))
+        return int(self.results.nbytes + (0 if self.curves is None else self.curves.size))
 
 
-def run_block(study: Study, case_ids: np.ndarray) -> Finished:
-    """Solve the cases `case_ids`, shape (C,), by one call of compiled code per kind of problem."""
+def make_task(study: Study, case_ids: np.ndarray, metadata: dict[str, str]) -> Task:
+    """The task for the cases `case_ids`, shape (C,)."""
+    return Task(
+        scene=study.scene,
+        case_ids=case_ids,
+        columns=study.cases.columns(case_ids),
+        metadata=metadata if study.curves else None,
+        solver=solver_version(),
+    )
+
+
+def run_task(task: Task) -> Finished:
+    """Solve the cases by one call of compiled code per kind of problem."""
     started = perf_counter()
-    result = solve_chunk(study.scene, study.grid.columns(case_ids), curves=study.curves)
+    curves = task.metadata is not None
+    result = solve_chunk(task.scene, task.columns, curves=curves)
+    packed, curves_rows = None, 0
+    if result.curves is not None:
+        table = curves_table(task.case_ids, result.curves)
+        packed, curves_rows = _packed(table.replace_schema_metadata(task.metadata)), table.num_rows
     return Finished(
-        cases=cases_table(study, case_ids, result.cases),
-        curves=None if result.curves is None else curves_table(case_ids, result.curves),
+        case_ids=task.case_ids,
+        results=results_table(case_keys(task.scene, task.columns), result.cases),
+        curves=packed,
+        curves_rows=curves_rows,
         failed=failed_rows(result.cases["status"]),
         shape_paths=result.shape_paths,
         solves=result.solves,
@@ -69,68 +102,61 @@ def run_block(study: Study, case_ids: np.ndarray) -> Finished:
     )
 
 
-def finished_blocks(study: Study, jobs: int) -> Generator[Finished, None, None]:
-    """All blocks of the study, each exactly once, in any order."""
-    plan = Plan(study.grid, scale_only_names(study.scene), _max_rows(study))
-    measured = yield from _first_blocks(study, plan)
-    seconds_per_row = measured.seconds / measured.rows
-    rows = max(1, round(TASK_SECONDS / seconds_per_row))
-    if jobs > 1 and plan.rows_left * seconds_per_row > WORKER_START_SECONDS:
-        bytes_in_task = measured.nbytes / measured.rows * min(rows, plan.max_rows)
-        yield from _in_workers(study, plan, rows, jobs, wave=int(HELD_BYTES / bytes_in_task))
-    else:
-        for block in plan.blocks(rows):
-            yield run_block(study, plan.case_ids(block))
+def run_in_worker(task: Task) -> Finished:
+    """`run_task` in a process, perhaps on a machine, other than the study's.
 
-
-def _first_blocks(study: Study, plan: Plan) -> Generator[Finished, None, Finished]:
-    """Growing blocks in this process until two can be measured. Returns the last one, too.
-
-    Two, because a block may meet a kind of problem for which the code is not compiled yet.
+    Raises SweepError where the worker has another solver than the study.
     """
-    done = run_block(study, plan.case_ids(next(plan.blocks(1))))
-    yield done  # not to be measured: it has loaded the compiled code
-    rows, measured = FIRST_ROWS, 0
-    while measured < 2 and (block := plan.take(rows)) is not None:
-        done = run_block(study, plan.case_ids(block))
-        yield done
-        if done.seconds >= MEASURED_SECONDS or rows >= plan.max_rows:
-            measured += 1
-        else:
-            rows *= 4
-    return done
+    if task.solver != solver_version():
+        raise SweepError(
+            f"the worker on {os.uname().nodename} has another version of fastncm: its solver is "
+            f"{solver_version()}, the study's is {task.solver}"
+        )
+    with _one_compiles(task):
+        return run_task(task)
 
 
-def _in_workers(
-    study: Study, plan: Plan, rows: int, jobs: int, wave: int
-) -> Generator[Finished, None, None]:
-    """The rest of the plan on `jobs` processes, in blocks of about `rows` cases.
+@cache
+def leave_to_parent() -> None:
+    """For a worker process of this machine: ends with its parent, and Ctrl-C is the parent's."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = os.getppid()
 
-    joblib lets results pile up without bound where the parent is the slower one (it may be, with
-    curves to write), so it is given a wave of `wave` tasks at a time.
+    def watch() -> None:
+        while os.getppid() == parent:
+            sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True, name="parent-watch").start()
+
+
+def _packed(table: pa.Table) -> pa.Buffer:
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink, compression=COMPRESSION, write_page_checksum=True)
+    return sink.getvalue()
+
+
+@contextmanager
+def _one_compiles(task: Task) -> Iterator[None]:
+    """On each host one worker compiles while the others wait, then they load.
+
+    A marker beside the machine code says that a task of these options was solved on this kind of
+    CPU.
     """
-    with Parallel(
-        n_jobs=jobs,
-        backend="loky",
-        return_as="generator_unordered",
-        batch_size=1,
-        inner_max_num_threads=1,  # the workers fill the cores already
-    ) as parallel:
-        while blocks := list(islice(plan.blocks(rows), max(2 * jobs, wave))):
-            yield from parallel(
-                delayed(_run_in_worker)(study, plan.case_ids(block)) for block in blocks
-            )
+    if JIT_OFF:
+        yield
+        return
+    from llvmlite.binding import get_host_cpu_name
 
-
-def _run_in_worker(study: Study, case_ids: np.ndarray) -> Finished:
-    """Ctrl-C reaches the workers as well: only the parent answers it, by ending them."""
-    signal(SIGINT, SIG_IGN)
-    return run_block(study, case_ids)
-
-
-def _max_rows(study: Study) -> int:
-    """Cases in one task at most."""
-    if not study.curves:
-        return MAX_ROWS
-    steps = max(study.grid.axes.get("path.steps", [study.scene.path.steps]))
-    return max(1, CURVE_ROWS // int(steps))
+    options = repr(sorted((k, v) for k, v in task.scene.flat().items() if k in OPTION))
+    kind = hashlib.sha256(f"{get_host_cpu_name()} {options}".encode()).hexdigest()[:16]
+    marker = cache_directory() / f"{kind}.ready"
+    if marker.exists():
+        yield
+        return
+    with open(cache_directory() / "compiling.lock", "a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if marker.exists():
+            fcntl.flock(lock, fcntl.LOCK_UN)
+        yield
+        marker.touch()

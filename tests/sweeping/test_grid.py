@@ -7,6 +7,7 @@ import pytest
 
 from fastncm.sweeping.grid import Grid
 from fastncm.sweeping.plan import Plan
+from fastncm.sweeping.samples import Samples
 
 AXES = {
     "jaw.height": np.array([0.007, 0.008, 0.009, 0.010]),
@@ -35,39 +36,64 @@ def test_any_cases_in_any_order_are_found_without_the_others():
     ]
 
 
+def nothing_done(size):
+    return np.zeros(size, dtype=bool)
+
+
 @pytest.mark.parametrize("rows", [1, 7, 15, 16, 30, 10_000])
 @pytest.mark.parametrize("max_rows", [4, 15, 100, 10_000])
-def test_a_plan_hands_out_every_case_once(rows, max_rows):
+@pytest.mark.parametrize("done", [0, 1, 60, 119, 120])
+def test_a_plan_hands_out_every_missing_case_once(rows, max_rows, done):
     grid = Grid(AXES)
-    plan = Plan(grid, SCALE_ONLY, max_rows)
-    blocks = [plan.case_ids(block) for block in plan.blocks(rows)]
+    finished = nothing_done(grid.size)
+    finished[np.random.default_rng(done).permutation(grid.size)[:done]] = True
+    plan = Plan(grid, SCALE_ONLY, max_rows, finished)
+    assert plan.rows_left == grid.size - done
+    blocks = list(plan.blocks(rows))
     assert plan.rows_left == 0
-    assert sorted(np.concatenate(blocks)) == list(range(grid.size))
-    assert max(map(len, blocks)) <= max(max_rows, 1)
+    handed_out = np.concatenate([np.array([], dtype=int), *blocks])
+    assert sorted(handed_out) == list(np.flatnonzero(~finished))
+    assert all(0 < len(block) <= max_rows for block in blocks)
+
+
+def test_a_nearly_finished_plan_is_walked_through_in_large_steps():
+    grid = Grid({"a": np.arange(2000.0), "b": np.arange(1000.0)})
+    done = ~nothing_done(grid.size)
+    done[[5, 1_234_567]] = False
+    plan = Plan(grid, {"b"}, 200_000, done)
+    orders = []
+    walk = plan._order.case_ids
+    plan._order.case_ids = lambda *ends: orders.append(ends) or walk(*ends)
+    assert [list(block) for block in plan.blocks(1)] == [[5], [1_234_567]]
+    assert len(orders) < 100
 
 
 def test_cases_that_share_a_problem_share_a_block():
     grid = Grid(AXES)
-    plan = Plan(grid, SCALE_ONLY, max_rows=10_000)
+    plan = Plan(grid, SCALE_ONLY, 10_000, nothing_done(grid.size))
     problems = []
     for block in plan.blocks(rows=40):
-        columns = grid.columns(plan.case_ids(block))
+        columns = grid.columns(block)
         problems += set(zip(columns["jaw.height"], columns["model.section"], strict=True))
     assert len(problems) == len(set(problems)) == 8
 
 
 def test_a_plan_may_change_its_mind_about_the_size():
     grid = Grid(AXES)
-    plan = Plan(grid, SCALE_ONLY, max_rows=10_000)
-    taken = []
-    for rows in (1, 60, 10_000):
-        left = plan.rows_left
-        block = plan.take(rows)
-        assert block.rows == left - plan.rows_left
-        taken.append(plan.case_ids(block))
+    plan = Plan(grid, SCALE_ONLY, 10_000, nothing_done(grid.size))
+    taken = [plan.take(rows) for rows in (1, 60, 10_000)]
     assert [len(ids) for ids in taken] == [15, 60, 45]
     assert plan.take(1) is None
     assert len(set(np.concatenate(taken))) == grid.size
+
+
+def test_samples_are_solved_with_shared_problems_side_by_side():
+    heights = np.array([3.0, 1.0, 2.0, 1.0, 3.0])
+    samples = Samples({"jaw.height": heights, "friction.mu": np.arange(5.0)})
+    plan = Plan(samples, SCALE_ONLY, 10_000, nothing_done(5))
+    order = np.concatenate(list(plan.blocks(2)))
+    assert sorted(order) == list(range(5))
+    assert list(heights[order]) == [1, 1, 2, 3, 3]
 
 
 def test_picking_cases_holds_the_other_axes_at_their_middle():

@@ -16,12 +16,16 @@ import pytest
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import BrokenOff, Report, Study, load, sweep
+from fastncm.sweeping import backends, store
 from fastncm.sweeping import run as run_module
-from fastncm.sweeping import tasks as tasks_module
-from fastncm.sweeping.parts import part_files
 from fastncm.sweeping.read import GOOD_STATUS, best_designs
+from fastncm.sweeping.storage import Storage
 
 CIRCLE = load_scene("snapfit-circle")
+
+
+def part_files(folder):
+    return sorted(folder.glob("part-*.parquet"))
 
 
 def small_study(**options):
@@ -48,7 +52,7 @@ def test_the_table_has_one_row_per_case_in_order(finished):
     frame = load(finished.out)
     assert finished.rows == len(frame) == 30
     assert frame["case_id"].tolist() == list(range(30))
-    columns = small_study().grid.columns(np.arange(30))
+    columns = small_study().cases.columns(np.arange(30))
     for name, values in columns.items():
         assert frame[name].tolist() == values.tolist()
     assert set(frame["status"]) <= set(GOOD_STATUS)
@@ -114,7 +118,7 @@ def test_best_designs_keep_the_limits(finished):
     frame = load(finished.out)
     limit = frame["max_strain"].median()
     report = Report("peak_force_N", "max", {"max_strain": limit})
-    best = best_designs(finished.out, report, 4)
+    best = best_designs(Storage(finished.out), report, 4)
     allowed = frame[frame["max_strain"] <= limit].sort_values("peak_force_N", ascending=False)
     assert best["case_id"].tolist() == allowed["case_id"].head(4).tolist()
     assert finished.best(3)["peak_force_N"].tolist() == sorted(frame["peak_force_N"])[:3]
@@ -123,11 +127,12 @@ def test_best_designs_keep_the_limits(finished):
 def test_the_table_does_not_depend_on_parts_tasks_and_workers(tmp_path, monkeypatch):
     study = wide_study()
     one = sweep(study, tmp_path / "one", jobs=1)
-    monkeypatch.setattr(tasks_module, "WORKER_START_SECONDS", 0.0)
-    monkeypatch.setattr(tasks_module, "FIRST_ROWS", 16)
-    monkeypatch.setattr(tasks_module, "MEASURED_SECONDS", 1e-4)
-    monkeypatch.setattr(tasks_module, "TASK_SECONDS", 2e-3)
-    monkeypatch.setattr(run_module, "PART_BYTES", 10_000)
+    monkeypatch.setattr(backends, "WORKER_START_SECONDS", 0.0)
+    monkeypatch.setattr(backends, "FIRST_ROWS", 16)
+    monkeypatch.setattr(backends, "MEASURED_SECONDS", 1e-4)
+    monkeypatch.setattr(backends, "TASK_SECONDS", 2e-3)
+    monkeypatch.setattr(store, "PART_BYTES", 10_000)
+    monkeypatch.setattr(run_module, "compact", lambda _: None)
     many = sweep(study, tmp_path / "many", jobs=2)
     assert len(part_files(many.out / "cases")) > 3
     assert (many.rows, many.failed, many.shape_paths) == (one.rows, one.failed, one.shape_paths)
@@ -177,6 +182,22 @@ def test_another_study_is_refused_and_nothing_is_touched(finished):
     assert files_of(finished.out) == before
 
 
+def test_the_refusal_shows_the_difference(finished):
+    axes = dict(small_study().axes) | {"friction.mu": [0.0, 0.3]}
+    other = Study(CIRCLE.replace({"finger.width": 0.01}), axes, name="small", curves=True)
+    with pytest.raises(SweepError) as error:
+        sweep(other, finished.out, jobs=1)
+    assert "scene.finger.width is 0.0095 there, 0.01 here" in str(error.value)
+    assert "axes.'friction.mu' is [0.0, 0.2] there, [0.0, 0.3] here" in str(error.value)
+    assert "jaw.height" not in str(error.value)
+
+
+def test_another_solver_is_another_table(finished, monkeypatch):
+    monkeypatch.setattr(run_module, "solver_version", lambda: "0" * 16)
+    with pytest.raises(SweepError, match="solver's version is .* there, 0000"):
+        sweep(small_study(curves=True), finished.out, jobs=1)
+
+
 def test_a_foreign_folder_is_refused_and_nothing_is_touched(tmp_path):
     (tmp_path / "cases").mkdir()
     (tmp_path / "cases" / "part-00000.parquet").write_bytes(b"mine")
@@ -216,7 +237,7 @@ def test_a_folder_that_cannot_be_made_is_an_error(tmp_path):
 def test_a_disk_that_fills_up_leaves_the_finished_parts(tmp_path, monkeypatch):
     """The limit on the size of a file stands for the full disk: a real refusal of the system."""
     out = tmp_path / "out"
-    monkeypatch.setattr(run_module, "PART_BYTES", 1)
+    monkeypatch.setattr(store, "PART_BYTES", 1)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
     try:
@@ -236,14 +257,11 @@ def test_a_disk_that_fills_up_leaves_the_finished_parts(tmp_path, monkeypatch):
 
 
 def test_a_write_that_fails_leaves_no_half_part(tmp_path, monkeypatch):
-    whole = pq.write_table
-
-    def breaks_off(table, path, **options):
-        whole(table, path, **options)
-        path.write_bytes(path.read_bytes()[:100])
+    def breaks_off(table, stream, **options):
+        stream.write(b"PAR1 and no more")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(pq, "write_table", breaks_off)
+    monkeypatch.setattr(store.pq, "write_table", breaks_off)
     with pytest.raises(BrokenOff, match="No space left on device"):
         sweep(wide_study(2), tmp_path / "out", jobs=1)
     assert list((tmp_path / "out" / "cases").iterdir()) == []

@@ -14,7 +14,9 @@ def test_2079_designs_of_11_shapes_need_11_shape_paths(tmp_path, pytestconfig):
     run = sweep(study, tmp_path / "out", jobs=1)
     assert (run.rows, run.failed, run.shape_paths) == (2079, 0, 11)
 
-    alone = [solve_chunk(study.scene, study.grid.columns(np.array([case]))) for case in range(2079)]
+    alone = [
+        solve_chunk(study.scene, study.cases.columns(np.array([case]))) for case in range(2079)
+    ]
     assert sum(result.shape_paths for result in alone) == 2079
     expected = pd.DataFrame(
         {name: np.concatenate([result.cases[name] for result in alone]) for name in CASE_UNITS}

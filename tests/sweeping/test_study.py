@@ -37,18 +37,18 @@ def test_a_study_file_is_read_as_written(tmp_path):
     assert study.name == "mine"
     assert study.scene.friction.mu == 0.2
     assert study.scene.jaw.height == pytest.approx(0.0080, rel=1e-15)
-    assert list(study.grid.axes) == [
+    assert list(study.cases.axes) == [
         "finger.thickness",
         "finger.young",
         "solver.order",
         "jaw.a",
     ]
     np.testing.assert_array_equal(
-        study.grid.axes["finger.thickness"], np.linspace(0.0022, 0.0042, 5)
+        study.cases.axes["finger.thickness"], np.linspace(0.0022, 0.0042, 5)
     )
-    np.testing.assert_array_equal(study.grid.axes["finger.young"], np.geomspace(1e9, 4e9, 3))
-    assert study.grid.axes["solver.order"].tolist() == [4, 6]
-    assert study.grid.size == 60
+    np.testing.assert_array_equal(study.cases.axes["finger.young"], np.geomspace(1e9, 4e9, 3))
+    assert study.cases.axes["solver.order"].tolist() == [4, 6]
+    assert study.cases.size == 60
     assert study.curves
     assert study.report == Report("max_strain", "max", {"peak_force_N": 5.0})
 
@@ -60,7 +60,7 @@ def test_axes_may_be_written_without_quotes_or_as_tables(tmp_path):
     )
     one, other = (load_study(write(tmp_path, text)) for text in (plain, tables))
     assert one.to_dict() == other.to_dict()
-    assert list(one.grid.axes) == ["jaw.height", "friction.mu"]
+    assert list(one.cases.axes) == ["jaw.height", "friction.mu"]
 
 
 def test_a_scene_file_is_looked_for_beside_the_study(tmp_path, monkeypatch):
@@ -86,9 +86,9 @@ def test_a_study_survives_its_dictionary(tmp_path):
     study = load_study(write(tmp_path, GOOD))
     again = Study.from_dict(study.to_dict())
     assert again.to_dict() == study.to_dict()
-    ids = np.arange(study.grid.size)
+    ids = np.arange(study.cases.size)
     for one, other in zip(
-        study.grid.columns(ids).values(), again.grid.columns(ids).values(), strict=True
+        study.cases.columns(ids).values(), again.cases.columns(ids).values(), strict=True
     ):
         assert one.tolist() == other.tolist()
 
@@ -157,4 +157,4 @@ def test_combinations_are_checked_before_anything_runs(tmp_path):
 @pytest.mark.parametrize("name", ["snapfit-circle", "fig16-snapfit-corner"])
 def test_the_shipped_studies_are_valid(name, pytestconfig):
     study = load_study(pytestconfig.rootpath / "sweeps" / f"{name}.toml")
-    assert study.grid.size == {"snapfit-circle": 2079, "fig16-snapfit-corner": 189}[name]
+    assert study.cases.size == {"snapfit-circle": 2079, "fig16-snapfit-corner": 189}[name]

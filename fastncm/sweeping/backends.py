@@ -1,0 +1,215 @@
+"""The work of a sweep as a stream of finished tasks: in this process, on its cores, on a cluster.
+
+The first blocks run in this process: they compile what is not compiled yet (or load it from the
+cache) and show how long a case takes. The rest is cut into tasks of TASK_SECONDS, and goes to
+worker processes only where that pays for starting them.
+"""
+
+import warnings
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, cpu_count, delayed, parallel_config
+
+from fastncm.cases import scale_only_names
+from fastncm.errors import SweepError
+from fastncm.sweeping.plan import MAX_ROWS, Plan
+from fastncm.sweeping.schema import metadata
+from fastncm.sweeping.study import Study
+from fastncm.sweeping.tasks import (
+    Finished,
+    Task,
+    leave_to_parent,
+    make_task,
+    run_in_worker,
+    run_task,
+)
+
+BACKENDS = ("loky", "threading", "dask")
+TASK_SECONDS = 0.5
+"""Length of a task. Dispatching one costs about a millisecond."""
+FIRST_ROWS = 64
+MEASURED_SECONDS = 0.05
+"""The first blocks grow until one takes this long: shorter ones cannot be measured."""
+WORKER_START_SECONDS = 2.0
+"""Time in which a worker process starts and imports its packages (measured: 1.5 to 2 s)."""
+CURVE_ROWS = 250_000
+"""Rows of curves in a task at most: 45 MB, and 30 MB packed."""
+HELD_BYTES = 256 * 2**20
+"""Results that workers may have ready before the parent has written them."""
+LAST_TASKS = 4
+"""Towards the end tasks shrink to this fraction of a worker's share, so that all end together."""
+SILENT_SECONDS = 900.0
+"""A cluster from which nothing has come back for so long is given up."""
+PATIENCE = 30.0
+"""Seconds in which a cluster must answer and have a worker."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Where tasks are solved.
+
+    jobs: processes or threads; with "dask" the cluster's own number counts.
+    scheduler: address of a Dask scheduler; None starts a cluster on this machine.
+    """
+
+    backend: str = "loky"
+    jobs: int = 1
+    scheduler: str | None = None
+
+
+class WorkersLost(Exception):
+    """Workers died, and with them the tasks that they had in hand."""
+
+
+def choose_workers(backend: str, jobs: int | None, scheduler: str | None) -> Workers:
+    """Check what the user asked for. SweepError for what does not exist or does not fit."""
+    if backend not in BACKENDS:
+        raise SweepError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
+    if jobs is not None and jobs < 1:
+        raise SweepError(f"jobs = {jobs}: must be at least 1")
+    if scheduler is not None and backend != "dask":
+        raise SweepError(f"scheduler = {scheduler!r}: only with backend 'dask'")
+    if backend == "dask":
+        try:
+            import distributed  # noqa: F401
+        except ImportError:
+            raise SweepError(
+                "backend 'dask' needs dask[distributed]: pip install 'fastncm[dask]'"
+            ) from None
+    return Workers(backend, jobs or cpu_count(), scheduler)
+
+
+def finished_tasks(
+    study: Study, workers: Workers, done: np.ndarray
+) -> Generator[Finished, None, None]:
+    """All cases that are not `done`, shape (size,), each exactly once, in any order.
+
+    WorkersLost where workers died; what they had in hand is missing then.
+    """
+    about = metadata(study)
+    plan = Plan(study.cases, scale_only_names(study.scene), _max_rows(study), done)
+    first = yield from _first_blocks(study, plan, about)
+    if first is None:
+        return
+    seconds_per_row = first.seconds / first.rows
+    rows = max(1, round(TASK_SECONDS / seconds_per_row))
+    alone = workers.backend != "dask" and workers.jobs == 1
+    starting = WORKER_START_SECONDS if workers.backend == "loky" else 0.0
+    if alone or plan.rows_left * seconds_per_row <= starting:
+        for block in plan.blocks(rows):
+            yield run_task(make_task(study, block, about))
+        return
+    bytes_in_task = first.nbytes / first.rows * min(rows, plan.max_rows)
+    tasks = (make_task(study, block, about) for block in _shrinking(plan, rows, workers.jobs))
+    with _pool(workers) as (parallel, count):
+        # joblib lets results pile up without bound where the parent is the slower one, so it is
+        # given a wave of tasks at a time.
+        wave = max(4 * count, int(HELD_BYTES / bytes_in_task))
+        function = _run_in_process if workers.backend == "loky" else run_in_worker
+        while some := list(islice(tasks, wave)):
+            yield from _received(parallel, function, some)
+
+
+def _received(
+    parallel: Parallel, function: Callable[[Task], Finished], tasks: list[Task]
+) -> Generator[Finished, None, None]:
+    """The results of the tasks as they come in."""
+    results = parallel(delayed(function)(task) for task in tasks)
+    try:
+        yield from results
+    except BrokenProcessPool as error:
+        raise WorkersLost("a worker process died (out of memory?)") from error
+    except TimeoutError as error:
+        raise WorkersLost(f"nothing came back for {SILENT_SECONDS:.0f} s") from error
+    finally:
+        with warnings.catch_warnings():  # that tasks were cancelled is said once, by the error
+            warnings.filterwarnings("ignore", r"\d+ tasks", UserWarning)
+            results.close()
+
+
+def _first_blocks(
+    study: Study, plan: Plan, about: dict[str, str]
+) -> Generator[Finished, None, Finished | None]:
+    """Growing blocks in this process until two can be measured. Returns the last one, too.
+
+    Two, because a block may meet a kind of problem for which the code is not compiled yet.
+    """
+    finished = None
+    rows, measured = 1, -1  # the first is not measured: it loads the compiled code
+    while measured < 2 and (block := plan.take(rows)) is not None:
+        finished = run_task(make_task(study, block, about))
+        yield finished
+        if measured < 0 or finished.seconds >= MEASURED_SECONDS or rows >= plan.max_rows:
+            measured += 1
+        rows = FIRST_ROWS if rows == 1 else rows if measured else 4 * rows
+    return finished
+
+
+def _shrinking(plan: Plan, rows: int, jobs: int) -> Iterator[np.ndarray]:
+    """What is left of the plan, in blocks of about `rows` cases, smaller ones at the end."""
+    while True:
+        fair = plan.rows_left // (LAST_TASKS * jobs)
+        block = plan.take(min(rows, max(fair, rows // 8, 1)))
+        if block is None:
+            return
+        yield block
+
+
+@contextmanager
+def _pool(workers: Workers) -> Iterator[tuple[Parallel, int]]:
+    """joblib's pool, and how many workers it has."""
+    options: dict[str, Any] = {"return_as": "generator_unordered", "batch_size": 1}
+    with ExitStack() as stack:
+        if workers.backend == "dask":
+            client = stack.enter_context(_client(workers))
+            stack.enter_context(parallel_config("dask", client=client))
+            options |= {"n_jobs": -1, "timeout": SILENT_SECONDS}
+            count = sum(client.ncores().values())
+        else:
+            options |= {"n_jobs": workers.jobs, "backend": workers.backend}
+            if workers.backend == "loky":
+                options["inner_max_num_threads"] = 1  # the workers fill the cores already
+            count = workers.jobs
+        yield stack.enter_context(Parallel(**options)), count
+
+
+@contextmanager
+def _client(workers: Workers) -> Iterator[Any]:
+    """A client of the Dask cluster that was asked for, with a worker at least."""
+    import distributed
+
+    with ExitStack() as stack:
+        address: object = workers.scheduler
+        if address is None:
+            own = distributed.LocalCluster(
+                n_workers=workers.jobs, threads_per_worker=1, dashboard_address=None
+            )
+            address = stack.enter_context(own)
+        try:
+            client = stack.enter_context(
+                distributed.Client(address, set_as_default=False, timeout=PATIENCE)
+            )
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except (OSError, ValueError) as error:  # TimeoutError is an OSError
+            raise SweepError(f"no Dask cluster with workers answers at {address}") from error
+        yield client
+
+
+def _run_in_process(task: Task) -> Finished:
+    """`run_in_worker` in a worker process of this machine."""
+    leave_to_parent()
+    return run_in_worker(task)
+
+
+def _max_rows(study: Study) -> int:
+    """Cases in one task at most."""
+    if not study.curves:
+        return MAX_ROWS
+    steps = max(study.cases.axes.get("path.steps", [study.scene.path.steps]))
+    return max(1, CURVE_ROWS // int(steps))

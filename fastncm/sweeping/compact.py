@@ -1,0 +1,151 @@
+"""Joining the parts of a sweep that are smaller than they should be.
+
+New files of curves first, then the part that names them and the parts it replaces: with its rename
+the old ones no longer count, and what is left of them is removed. A run that ends in between leaves
+nothing that `take_stock` does not clear away.
+"""
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from fastncm.errors import SweepError
+from fastncm.sweeping.lock import sole_run
+from fastncm.sweeping.manifest import read_manifest
+from fastncm.sweeping.parts import (
+    COMPRESSION,
+    FACTS,
+    TABLES,
+    CurvesFile,
+    Part,
+    added_up,
+    next_number,
+    open_part,
+    part_name,
+    part_sizes,
+    survey,
+)
+from fastncm.sweeping.storage import Storage, reason
+
+FILE_BYTES = 64 * 2**20
+"""Files are joined up to this size."""
+
+Item = TypeVar("Item")
+
+
+def compact(storage: Storage) -> None:
+    """Join neighbouring small parts of a sweep that nobody works on. Raises OSError."""
+    parts, _ = survey(storage)
+    for group in _groups(parts, lambda part: part.size):
+        files = added_up([part.facts for part in group]).curves
+        small = list(_groups(files, lambda file: file.size))
+        if len(group) > 1 or any(len(files) > 1 for files in small):
+            _join(storage, group, small)
+
+
+def compact_folder(out: str | os.PathLike[str]) -> tuple[int, int]:
+    """`compact` for the folder of a run that has ended; the numbers of files before and after.
+
+    SweepError where there is no sweep, where a run is at work, and where a part is damaged.
+    """
+    storage = Storage(out)
+    read_manifest(storage)
+    with sole_run(storage):
+        _, damage = survey(storage)
+        if damage:
+            raise SweepError(f"{out}: {damage[0]}; the same sweep, run again, puts it right")
+        before = _number_of_files(storage)
+        try:
+            compact(storage)
+        except OSError as error:
+            raise SweepError(f"cannot write to {out}: {reason(error)}") from error
+        return before, _number_of_files(storage)
+
+
+def _number_of_files(storage: Storage) -> int:
+    return sum(len(part_sizes(storage, table)) for table in TABLES)
+
+
+def _join(storage: Storage, parts: list[Part], curves: list[list[CurvesFile]]) -> None:
+    """Replace parts by one part, and each list of their files of curves by one file."""
+    joined = tuple(_join_curves(storage, files) if len(files) > 1 else files[0] for files in curves)
+    facts = added_up([part.facts for part in parts])
+    named = tuple(part.name for part in parts)
+    new = replace(facts, curves=joined, replaces=named)
+    name = part_name(next_number(storage, "cases"))
+    _concatenate(storage, "cases", list(named), name, {FACTS: new.to_json().encode()})
+    for part in parts:
+        storage.delete(f"cases/{part.name}")
+    for file in set(facts.curves) - set(joined):
+        storage.delete(f"curves/{file.name}")
+
+
+def _join_curves(storage: Storage, files: list[CurvesFile]) -> CurvesFile:
+    name = part_name(next_number(storage, "curves"))
+    _concatenate(storage, "curves", [file.name for file in files], name, {})
+    size = storage.sizes("curves")[name]
+    return CurvesFile(name, sum(file.rows for file in files), size)
+
+
+def _concatenate(
+    storage: Storage, table: str, names: list[str], new: str, metadata: dict[bytes, bytes]
+) -> None:
+    """Write the rows of some files of a table as one file, a row group at a time."""
+    schemas = []
+    for name in names:
+        with open_part(storage, table, name) as file:
+            schemas.append(file.schema_arrow)
+    schema = pa.unify_schemas(schemas)
+    schema = schema.with_metadata((schemas[0].metadata or {}) | metadata)
+
+    def write(stream: pa.NativeFile) -> None:
+        with pq.ParquetWriter(
+            stream, schema, compression=COMPRESSION, write_page_checksum=True
+        ) as writer:
+            for rows in _row_groups(storage, table, names):
+                writer.write_table(_with_columns(rows, schema))
+
+    storage.write(f"{table}/{new}", write)
+
+
+def _row_groups(storage: Storage, table: str, names: list[str]) -> Iterator[pa.Table]:
+    """The rows of the files; small ones together, so that row groups are of a sensible size."""
+    held: list[pa.Table] = []
+    for name in names:
+        with open_part(storage, table, name) as file:
+            for group in range(file.num_row_groups):
+                held.append(file.read_row_group(group))
+                if sum(rows.nbytes for rows in held) >= FILE_BYTES:
+                    yield pa.concat_tables(held, promote_options="default")
+                    held = []
+    if held:
+        yield pa.concat_tables(held, promote_options="default")
+
+
+def _with_columns(rows: pa.Table, schema: pa.Schema) -> pa.Table:
+    """The same rows with all columns of the schema, empty where they have none."""
+    columns = [
+        rows[field.name] if field.name in rows.column_names else pa.nulls(len(rows), field.type)
+        for field in schema
+    ]
+    return pa.table(columns, schema=schema)
+
+
+def _groups(
+    items: tuple[Item, ...] | list[Item], size: Callable[[Item], int]
+) -> Iterator[list[Item]]:
+    """Neighbours, as many as make a file of about FILE_BYTES together."""
+    group: list[Item] = []
+    total = 0
+    for item in items:
+        if group and total + size(item) > FILE_BYTES:
+            yield group
+            group, total = [], 0
+        group.append(item)
+        total += size(item)
+    if group:
+        yield group
