@@ -195,6 +195,6 @@ def test_a_sweep_that_breaks_off_has_a_code_of_its_own(study, tmp_path, capsys, 
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store.pq, "write_table", full)
+    monkeypatch.setattr(store, "write_table", full)
     assert run("sweep", study, "--out", tmp_path / "out", "--jobs", 1) == 3
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]

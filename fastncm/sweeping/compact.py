@@ -6,7 +6,7 @@ nothing that `take_stock` does not clear away.
 """
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TypeVar
 
@@ -17,8 +17,8 @@ from fastncm.errors import SweepError
 from fastncm.sweeping.lock import sole_run
 from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.parts import (
-    COMPRESSION,
     FACTS,
+    PACKING,
     TABLES,
     CurvesFile,
     Part,
@@ -31,20 +31,22 @@ from fastncm.sweeping.parts import (
 )
 from fastncm.sweeping.storage import Storage, reason
 
+SMALL_BYTES = 8 * 2**20
+"""Files smaller than this are joined ..."""
 FILE_BYTES = 64 * 2**20
-"""Files are joined up to this size."""
+"""... to files of about this size."""
 
-Item = TypeVar("Item")
+Item = TypeVar("Item", Part, CurvesFile)
 
 
 def compact(storage: Storage) -> None:
-    """Join neighbouring small parts of a sweep that nobody works on. Raises OSError."""
+    """Join the small files of a sweep that nobody works on. Raises OSError."""
     parts, _ = survey(storage)
-    for group in _groups(parts, lambda part: part.size):
+    for group in _small(parts):
         files = added_up([part.facts for part in group]).curves
-        small = list(_groups(files, lambda file: file.size))
-        if len(group) > 1 or any(len(files) > 1 for files in small):
-            _join(storage, group, small)
+        curves = [some for some in _small(files) if len(some) > 1]
+        if len(group) > 1 or curves:
+            _join(storage, group, curves)
 
 
 def compact_folder(out: str | os.PathLike[str]) -> tuple[int, int]:
@@ -63,6 +65,8 @@ def compact_folder(out: str | os.PathLike[str]) -> tuple[int, int]:
             compact(storage)
         except OSError as error:
             raise SweepError(f"cannot write to {out}: {reason(error)}") from error
+        except pa.ArrowException as error:
+            raise SweepError(f"{out}: {error}; the same sweep, run again, puts it right") from error
         return before, _number_of_files(storage)
 
 
@@ -72,16 +76,18 @@ def _number_of_files(storage: Storage) -> int:
 
 def _join(storage: Storage, parts: list[Part], curves: list[list[CurvesFile]]) -> None:
     """Replace parts by one part, and each list of their files of curves by one file."""
-    joined = tuple(_join_curves(storage, files) if len(files) > 1 else files[0] for files in curves)
     facts = added_up([part.facts for part in parts])
+    gone = {file.name for files in curves for file in files}
+    kept = tuple(file for file in facts.curves if file.name not in gone)
+    joined = kept + tuple(_join_curves(storage, files) for files in curves)
     named = tuple(part.name for part in parts)
     new = replace(facts, curves=joined, replaces=named)
     name = part_name(next_number(storage, "cases"))
     _concatenate(storage, "cases", list(named), name, {FACTS: new.to_json().encode()})
     for part in parts:
         storage.delete(f"cases/{part.name}")
-    for file in set(facts.curves) - set(joined):
-        storage.delete(f"curves/{file.name}")
+    for name in sorted(gone):
+        storage.delete(f"curves/{name}")
 
 
 def _join_curves(storage: Storage, files: list[CurvesFile]) -> CurvesFile:
@@ -103,9 +109,7 @@ def _concatenate(
     schema = schema.with_metadata((schemas[0].metadata or {}) | metadata)
 
     def write(stream: pa.NativeFile) -> None:
-        with pq.ParquetWriter(
-            stream, schema, compression=COMPRESSION, write_page_checksum=True
-        ) as writer:
+        with pq.ParquetWriter(stream, schema, **PACKING) as writer:
             for rows in _row_groups(storage, table, names):
                 writer.write_table(_with_columns(rows, schema))
 
@@ -135,17 +139,17 @@ def _with_columns(rows: pa.Table, schema: pa.Schema) -> pa.Table:
     return pa.table(columns, schema=schema)
 
 
-def _groups(
-    items: tuple[Item, ...] | list[Item], size: Callable[[Item], int]
-) -> Iterator[list[Item]]:
-    """Neighbours, as many as make a file of about FILE_BYTES together."""
+def _small(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """The small ones, in groups that make a file of about FILE_BYTES together."""
     group: list[Item] = []
     total = 0
     for item in items:
-        if group and total + size(item) > FILE_BYTES:
+        if item.size >= SMALL_BYTES:
+            continue
+        if total + item.size > FILE_BYTES:
             yield group
             group, total = [], 0
         group.append(item)
-        total += size(item)
+        total += item.size
     if group:
         yield group

@@ -10,6 +10,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -20,7 +21,7 @@ TABLES = ("cases", "curves")
 PART_NAME = re.compile(r"part-(\d{5,})\.parquet")
 FACTS = b"part"
 """Key of the facts in a part's metadata."""
-COMPRESSION = "zstd"
+PACKING: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,21 @@ def open_part(storage: Storage, table: str, name: str) -> pq.ParquetFile:
     except BaseException:
         source.close()
         raise
+
+
+def write_table(table: pa.Table, stream: object) -> None:
+    """Write a table as a Parquet file.
+
+    Looking for repeated values is left to the columns that have them: among computed numbers it
+    takes a third of the time.
+    """
+    repeated = [
+        field.name
+        for field in table.schema
+        if not pa.types.is_floating(field.type) or "." in field.name
+    ]
+    unique = {"case_id", "case_key"}
+    pq.write_table(table, stream, use_dictionary=sorted({*repeated} - unique), **PACKING)
 
 
 def inspect_part(storage: Storage, name: str, size: int) -> Part:

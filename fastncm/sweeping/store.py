@@ -7,17 +7,16 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from fastncm.sweeping.manifest import Manifest, write_manifest
 from fastncm.sweeping.parts import (
-    COMPRESSION,
     FACTS,
     CurvesFile,
     Facts,
     added_up,
     next_number,
     part_name,
+    write_table,
 )
 from fastncm.sweeping.schema import cases_table, metadata
 from fastncm.sweeping.stock import Stock
@@ -136,9 +135,4 @@ def write_cases(
 ) -> None:
     """Write a part of the cases table. Raises OSError."""
     table = table.replace_schema_metadata(metadata | {FACTS.decode(): facts.to_json()})
-    storage.write(
-        f"cases/{name}",
-        lambda stream: pq.write_table(
-            table, stream, compression=COMPRESSION, write_page_checksum=True
-        ),
-    )
+    storage.write(f"cases/{name}", lambda stream: write_table(table, stream))

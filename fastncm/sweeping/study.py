@@ -10,7 +10,7 @@ import pandas as pd
 
 from fastncm.columns import CASE_UNITS
 from fastncm.errors import SceneError
-from fastncm.scene import Scene
+from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number
 from fastncm.scene.refusal import refusal, unknown
 from fastncm.sweeping.axes import Axis, axis_values, plain_axis
@@ -99,7 +99,7 @@ class Study:
         for start in range(0, self.cases.size, CHECKED_ROWS):
             rows = np.arange(start, min(start + CHECKED_ROWS, self.cases.size))
             try:
-                self.keys(rows)
+                tabulate(self.scene, self.cases.columns(rows))
             except SceneError as error:
                 counted = f" (counted from case {start})" if start else ""
                 raise SceneError(f"{error}{counted}", name=f"axes.{error.name}") from None

@@ -18,7 +18,6 @@ from time import perf_counter, sleep
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from fastncm.cases import solve_chunk
 from fastncm.errors import SweepError
@@ -26,7 +25,7 @@ from fastncm.kernels.cache import JIT_OFF, cache_directory
 from fastncm.scene import Scene
 from fastncm.scene.names import OPTION
 from fastncm.sweeping.identity import case_keys, solver_version
-from fastncm.sweeping.parts import COMPRESSION
+from fastncm.sweeping.parts import write_table
 from fastncm.sweeping.read import failed_rows
 from fastncm.sweeping.schema import curves_table, results_table
 from fastncm.sweeping.study import Study
@@ -132,7 +131,7 @@ def leave_to_parent() -> None:
 
 def _packed(table: pa.Table) -> pa.Buffer:
     sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, compression=COMPRESSION, write_page_checksum=True)
+    write_table(table, sink)
     return sink.getvalue()
 
 

@@ -15,8 +15,7 @@ import pytest
 
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import BrokenOff, Report, Study, load, sweep
-from fastncm.sweeping import backends, store
+from fastncm.sweeping import BrokenOff, Report, Study, backends, load, store, sweep
 from fastncm.sweeping import run as run_module
 from fastncm.sweeping.read import GOOD_STATUS, best_designs
 from fastncm.sweeping.storage import Storage
@@ -257,11 +256,11 @@ def test_a_disk_that_fills_up_leaves_the_finished_parts(tmp_path, monkeypatch):
 
 
 def test_a_write_that_fails_leaves_no_half_part(tmp_path, monkeypatch):
-    def breaks_off(table, stream, **options):
+    def breaks_off(table, stream):
         stream.write(b"PAR1 and no more")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store.pq, "write_table", breaks_off)
+    monkeypatch.setattr(store, "write_table", breaks_off)
     with pytest.raises(BrokenOff, match="No space left on device"):
         sweep(wide_study(2), tmp_path / "out", jobs=1)
     assert list((tmp_path / "out" / "cases").iterdir()) == []
