@@ -6,7 +6,7 @@ worker processes only where that pays for starting them.
 """
 
 import warnings
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -44,6 +44,8 @@ HELD_BYTES = 256 * 2**20
 """Results that workers may have ready before the parent has written them."""
 LAST_TASKS = 4
 """Towards the end tasks shrink to this fraction of a worker's share, so that all end together."""
+PATIENT_LOSSES = 3
+"""Workers may be lost so often, one time after the other, without a task coming back."""
 SILENT_SECONDS = 900.0
 """A cluster from which nothing has come back for so long is given up."""
 PATIENCE = 30.0
@@ -86,18 +88,36 @@ def choose_workers(backend: str, jobs: int | None, scheduler: str | None) -> Wor
 
 
 def finished_tasks(
-    study: Study, workers: Workers, done: np.ndarray
+    study: Study, workers: Workers, done: np.ndarray, notice: Callable[[str], object]
 ) -> Generator[Finished, None, None]:
     """All cases that are not `done`, shape (size,), each exactly once, in any order.
 
-    WorkersLost where workers died; what they had in hand is missing then.
+    The caller marks in `done` what it gets. Where workers die, `notice` is told, and what they had
+    in hand is solved by others; WorkersLost where that happens again and again.
     """
+
+    def missing() -> Plan:
+        return Plan(study.cases, scale_only_names(study.scene), _max_rows(study), done)
+
+    plan, losses = missing(), 0
+    pace = yield from _first_blocks(study, plan)
+    while pace is not None and plan.rows_left:
+        try:
+            for finished in _at_pace(study, workers, plan, pace):
+                losses = 0
+                yield finished
+        except WorkersLost as loss:
+            losses += 1
+            if losses > PATIENT_LOSSES:
+                raise
+            notice(f"{loss}; the cases it had in hand were solved again")
+            plan = missing()
+
+
+def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Finished) -> Iterator[Finished]:
+    """What is left of the plan, by workers where that pays. pace: what a block took."""
     about = metadata(study)
-    plan = Plan(study.cases, scale_only_names(study.scene), _max_rows(study), done)
-    first = yield from _first_blocks(study, plan, about)
-    if first is None:
-        return
-    seconds_per_row = first.seconds / first.rows
+    seconds_per_row = pace.seconds / pace.rows
     rows = max(1, round(TASK_SECONDS / seconds_per_row))
     alone = workers.backend != "dask" and workers.jobs == 1
     starting = WORKER_START_SECONDS if workers.backend == "loky" else 0.0
@@ -105,19 +125,20 @@ def finished_tasks(
         for block in plan.blocks(rows):
             yield run_task(make_task(study, block, about))
         return
-    bytes_in_task = first.nbytes / first.rows * min(rows, plan.max_rows)
-    tasks = (make_task(study, block, about) for block in _shrinking(plan, rows, workers.jobs))
+    bytes_in_task = pace.nbytes / pace.rows * min(rows, plan.max_rows)
+    function = _run_in_process if workers.backend == "loky" else run_in_worker
     with _pool(workers) as (parallel, count):
+        blocks = _shrinking(plan, rows, count)
+        tasks = (make_task(study, block, about) for block in blocks)
         # joblib lets results pile up without bound where the parent is the slower one, so it is
         # given a wave of tasks at a time.
         wave = max(4 * count, int(HELD_BYTES / bytes_in_task))
-        function = _run_in_process if workers.backend == "loky" else run_in_worker
-        while some := list(islice(tasks, wave)):
-            yield from _received(parallel, function, some)
+        while plan.rows_left:
+            yield from _received(parallel, function, islice(tasks, wave))
 
 
 def _received(
-    parallel: Parallel, function: Callable[[Task], Finished], tasks: list[Task]
+    parallel: Parallel, function: Callable[[Task], Finished], tasks: Iterable[Task]
 ) -> Generator[Finished, None, None]:
     """The results of the tasks as they come in."""
     results = parallel(delayed(function)(task) for task in tasks)
@@ -133,13 +154,12 @@ def _received(
             results.close()
 
 
-def _first_blocks(
-    study: Study, plan: Plan, about: dict[str, str]
-) -> Generator[Finished, None, Finished | None]:
+def _first_blocks(study: Study, plan: Plan) -> Generator[Finished, None, Finished | None]:
     """Growing blocks in this process until two can be measured. Returns the last one, too.
 
     Two, because a block may meet a kind of problem for which the code is not compiled yet.
     """
+    about = metadata(study)
     finished = None
     rows, measured = 1, -1  # the first is not measured: it loads the compiled code
     while measured < 2 and (block := plan.take(rows)) is not None:

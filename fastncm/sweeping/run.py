@@ -6,7 +6,7 @@ Whatever ends a run, the next one finds out what is in the table and solves the 
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,9 +38,6 @@ from fastncm.sweeping.storage import Storage, reason
 from fastncm.sweeping.store import Store
 from fastncm.sweeping.study import LISTED, Report, Study
 from fastncm.sweeping.study_file import load_study
-
-PATIENT_LOSSES = 3
-"""Workers may be lost so often, one time after the other, without a task coming back."""
 
 
 class BrokenOff(SweepError):
@@ -189,31 +186,15 @@ def _run(
         _kept_readable(store),
         store.renewed(),
     ):
-        losses = 0
-        while not stock.done.all():
-            received = manifest.received
-            try:
-                _solve(store, workers, bar)
-            except WorkersLost as loss:
-                losses = losses + 1 if manifest.received == received else 1
-                if losses > PATIENT_LOSSES:
-                    raise
-                manifest.run.found.append(f"{loss}; the cases it had in hand were solved again")
+        blocks = finished_tasks(study, workers, stock.done, manifest.run.found.append)
+        with closing(blocks):  # what is still in work where the run ends is given up
+            for block in blocks:
+                store.add(block)
+                bar.set_description(study.name, refresh=False)
+                bar.set_postfix(failed=manifest.failed, refresh=False)
+                bar.update(block.rows)
         store.flush()
         compact(storage)
-
-
-def _solve(store: Store, workers: Workers, bar: tqdm) -> None:
-    """Solve what is missing. Raises WorkersLost and OSError."""
-    blocks = finished_tasks(store.study, workers, store.done)
-    try:
-        for block in blocks:
-            store.add(block)
-            bar.set_description(store.study.name, refresh=False)
-            bar.set_postfix(failed=store.manifest.failed, refresh=False)
-            bar.update(block.rows)
-    finally:
-        blocks.close()  # what is still in work is given up
 
 
 def _progress(study: Study, manifest: Manifest) -> tqdm:
