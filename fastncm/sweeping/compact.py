@@ -94,7 +94,8 @@ def _join_curves(storage: Storage, files: list[CurvesFile]) -> CurvesFile:
     name = part_name(next_number(storage, "curves"))
     _concatenate(storage, "curves", [file.name for file in files], name, {})
     size = storage.sizes("curves")[name]
-    return CurvesFile(name, sum(file.rows for file in files), size)
+    rows = sum(file.rows for file in files)
+    return CurvesFile(name, rows, size, storage.checksum(f"curves/{name}"))
 
 
 def _concatenate(

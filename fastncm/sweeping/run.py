@@ -33,7 +33,7 @@ from fastncm.sweeping.parts import TABLES
 from fastncm.sweeping.read import CASES_FILE, best_designs
 from fastncm.sweeping.samples import Samples
 from fastncm.sweeping.schema import versions
-from fastncm.sweeping.stock import Stock, take_stock
+from fastncm.sweeping.stock import Stock, clear_away, take_stock
 from fastncm.sweeping.storage import Storage, reason
 from fastncm.sweeping.store import Store
 from fastncm.sweeping.study import LISTED, Report, Study
@@ -91,12 +91,12 @@ def sweep(
     workers = choose_workers(backend, jobs, scheduler)
     storage = Storage(out)
     earlier = _claim(storage, study)
-    if earlier is not None and earlier.state == "complete":
+    if earlier is not None and earlier.state == "complete" and _is_whole(storage, study):
         return _summary(storage, study.report)
     _make_folders(storage, study)
     with sole_run(storage):
         earlier = _claim(storage, study)  # another run may just have ended
-        if earlier is not None and earlier.state == "complete":
+        if earlier is not None and earlier.state == "complete" and _is_whole(storage, study):
             return _summary(storage, study.report)
         run = Run(workers.backend, workers.jobs)
         manifest = Manifest(study.to_dict(), solver_version(), versions(), run)
@@ -106,6 +106,12 @@ def sweep(
         resumed = int(stock.done.sum())
         _run(storage, study, manifest, stock, workers)
     return _summary(storage, study.report, resumed, stock)
+
+
+def _is_whole(storage: Storage, study: Study) -> bool:
+    """Whether every case is in the table and every file of it in order."""
+    stock = take_stock(storage, study)
+    return bool(stock.done.all()) and not stock.useless
 
 
 def _claim(storage: Storage, study: Study) -> Manifest | None:
@@ -145,6 +151,7 @@ def _begin(storage: Storage, study: Study, manifest: Manifest) -> Stock:
     """Take the folder: from now on the manifest names this run. Returns what is done already."""
     try:
         stock = take_stock(storage, study)
+        clear_away(storage, stock)
         manifest.run.found = stock.found
         if isinstance(study.cases, Samples) and study.design.kind == LISTED:
             cases = study.cases.to_arrow()

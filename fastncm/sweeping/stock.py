@@ -25,52 +25,59 @@ from fastncm.sweeping.study import Study
 
 @dataclass
 class Stock:
-    """The finished part of a sweep.
+    """The finished part of a sweep, and what is not in order.
 
-    done: shape (size,), whether a case is in a part; found: sentences on what was not in order.
+    done: shape (size,), whether a case is in a part; found: sentences on what is not in order;
+    useless: files to be removed.
     """
 
     done: np.ndarray
     parts: list[Part] = field(default_factory=list)
     found: list[str] = field(default_factory=list)
+    useless: list[str] = field(default_factory=list)
 
 
 def take_stock(storage: Storage, study: Study) -> Stock:
-    """Find what is done, and remove what is not whole. Raises OSError."""
+    """Find what is done and what is not in order; touches nothing. Raises OSError."""
     stock = Stock(done=np.zeros(study.cases.size, dtype=bool))
-    removed = 0
-    for table in TABLES:
-        for name in storage.sizes(table):
-            if name.startswith(".") and name.endswith(TEMPORARY):
-                storage.delete(f"{table}/{name}")
-                removed += 1
-    if removed:
-        stock.found.append(f"removed {removed} half-written files")
+    half_written = [
+        f"{table}/{name}"
+        for table in TABLES
+        for name in storage.sizes(table)
+        if name.startswith(".") and name.endswith(TEMPORARY)
+    ]
+    if half_written:
+        stock.found.append(f"removed {len(half_written)} half-written files")
     _count_parts(storage, study, stock)
     named = {file.name for part in stock.parts for file in part.facts.curves}
-    orphans = [name for name in part_sizes(storage, "curves") if name not in named]
-    for name in orphans:
-        storage.delete(f"curves/{name}")
+    orphans = [f"curves/{name}" for name in part_sizes(storage, "curves") if name not in named]
     if orphans:
         stock.found.append(f"removed {len(orphans)} files of curves whose cases are not in a part")
+    stock.useless += half_written + orphans
     return stock
 
 
+def clear_away(storage: Storage, stock: Stock) -> None:
+    """Remove what is useless. Raises OSError."""
+    for name in stock.useless:
+        storage.delete(name)
+
+
 def _count_parts(storage: Storage, study: Study, stock: Stock) -> None:
-    """Fill `stock` with the parts that are in order and remove the others."""
+    """Fill `stock` with the parts of the cases table that are in order, and with the others."""
     whole: list[Part] = []
     for name, size in part_sizes(storage, "cases").items():
         try:
             whole.append(inspect_part(storage, name, size))
         except DamagedPart as damage:
-            _discard(storage, name, f"{damage}", stock)
+            _discard(name, damage, stock)
     replaced = {name for part in whole for name in part.facts.replaces}
     if any(part.name in replaced for part in whole):
         stock.found.append("finished joining parts")
     curves = part_sizes(storage, "curves")
     for part in whole:
         if part.name in replaced:
-            storage.delete(f"cases/{part.name}")
+            stock.useless.append(f"cases/{part.name}")
             continue
         try:
             check_curves(storage, part, curves)
@@ -78,7 +85,7 @@ def _count_parts(storage: Storage, study: Study, stock: Stock) -> None:
             if stock.done[ids].any():
                 raise DamagedPart(f"cases/{part.name} repeats cases of another part")
         except DamagedPart as damage:
-            _discard(storage, part.name, f"{damage}", stock)
+            _discard(part.name, damage, stock)
         else:
             stock.done[ids] = True
             stock.parts.append(part)
@@ -104,6 +111,6 @@ def _own_cases(storage: Storage, study: Study, part: Part) -> np.ndarray:
     return np.asarray(ids)
 
 
-def _discard(storage: Storage, name: str, why: str, stock: Stock) -> None:
-    storage.delete(f"cases/{name}")
-    stock.found.append(f"{why}: removed, its cases are solved again")
+def _discard(name: str, damage: DamagedPart, stock: Stock) -> None:
+    stock.useless.append(f"cases/{name}")
+    stock.found.append(f"{damage}: removed, its cases are solved again")

@@ -6,6 +6,7 @@ absent, whatever happens to the process.
 """
 
 import os
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -15,6 +16,7 @@ import pyarrow.fs as pafs
 
 from fastncm.errors import SweepError
 
+READ_BYTES = 2**20
 TEMPORARY = ".tmp"
 """Files being written are called `.NAME.tmp`; every reader of Parquet folders skips a dot."""
 
@@ -72,6 +74,14 @@ class Storage:
         """The bytes of a file. Raises OSError."""
         with self.filesystem.open_input_stream(self.path(name)) as stream:
             return bytes(stream.read())
+
+    def checksum(self, name: str) -> int:
+        """CRC-32 of the bytes of a file. Raises OSError."""
+        value = 0
+        with self.filesystem.open_input_stream(self.path(name)) as stream:
+            while data := stream.read(READ_BYTES):
+                value = zlib.crc32(data, value)
+        return value
 
     def write(self, name: str, write: Callable[[pa.NativeFile], object]) -> None:
         """Call `write(stream)` and give the file its name when it is complete. Raises OSError."""

@@ -2,6 +2,7 @@
 
 import threading
 import time
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -127,7 +128,7 @@ class Store:
         name = part_name(self._next_curves)
         self._next_curves += 1
         self.storage.write(f"curves/{name}", lambda stream: stream.write(packed))
-        return CurvesFile(name, rows, packed.size)
+        return CurvesFile(name, rows, packed.size, zlib.crc32(packed))
 
 
 def write_cases(

@@ -21,8 +21,8 @@ from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.storage import Storage
 
 pytestmark = pytest.mark.compiled
-CIRCLE = load_scene("snapfit-circle").replace({"path.steps": 20})
-STUDY = Study(CIRCLE, {"jaw.height": {"linspace": [0.0069, 0.0109, 4000]}}, curves=True)
+CIRCLE = load_scene("snapfit-circle").replace({"path.steps": 12})
+STUDY = Study(CIRCLE, {"jaw.height": {"linspace": [0.0069, 0.0109, 2400]}}, curves=True)
 ROUNDED = ["error_estimate", "iterations", "kkt_residual"]
 
 
@@ -99,9 +99,9 @@ def test_workers_that_die_every_time_end_the_run(tmp_path, monkeypatch):
         sweep(STUDY, tmp_path / "out", jobs=2)
     monkeypatch.undo()
     kept = len(load(tmp_path / "out"))
-    assert 0 < kept < 4000
+    assert 0 < kept < 2400
     run = sweep(STUDY, tmp_path / "out", jobs=1)
-    assert (run.resumed, run.rows) == (kept, 4000)
+    assert (run.resumed, run.rows) == (kept, 2400)
 
 
 @pytest.fixture(scope="module")
