@@ -68,7 +68,7 @@ def doom(life: int) -> None:
 
 def run(out: str, life: int | None) -> None:
     """One sweep."""
-    cut_small(rows=24 if life else 8, renewal=1000.0 if life else 0.005)
+    cut_small(rows=48 if life else 8, renewal=1000.0 if life else 0.005)
     if life:
         doom(life)
     sweep(study(), out, jobs=1)

@@ -114,4 +114,4 @@ def test_a_kill_after_any_operation_on_the_file_system(tmp_path, server, undistu
         server.start(out)
         assert server.end() == 0
         check(out, undisturbed)
-    assert life > 20
+    assert life > 15
