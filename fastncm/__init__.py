@@ -11,12 +11,13 @@ if TYPE_CHECKING:
     from fastncm.curve import Curve, solve
     from fastncm.errors import FastNcmError, SceneError, SweepError
     from fastncm.scene import Scene, load_scene
-    from fastncm.sweeping import Study, load, sweep
+    from fastncm.sweeping import Design, Study, load, sweep
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Curve": "curve",
+    "Design": "sweeping",
     "FastNcmError": "errors",
     "Scene": "scene",
     "SceneError": "errors",
@@ -30,6 +31,7 @@ _HOMES = {
 }
 __all__ = [
     "Curve",
+    "Design",
     "FastNcmError",
     "Scene",
     "SceneError",

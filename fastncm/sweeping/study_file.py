@@ -47,6 +47,8 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         study = _study(file)
         study.check()
     except SceneError as error:
+        if error.name.startswith("axes.") and not file.tables.get("axes"):
+            error = SceneError(str(error), name="design.table")  # where the axes come from
         raise file.locate(error) from None
     return study
 
