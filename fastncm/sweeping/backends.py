@@ -19,16 +19,10 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 from fastncm.cases import scale_only_names
 from fastncm.errors import SweepError
 from fastncm.sweeping.plan import MAX_ROWS, Plan
+from fastncm.sweeping.processes import collect, exchange, run_in_process
 from fastncm.sweeping.schema import metadata
 from fastncm.sweeping.study import Study
-from fastncm.sweeping.tasks import (
-    Finished,
-    Task,
-    leave_to_parent,
-    make_task,
-    run_in_worker,
-    run_task,
-)
+from fastncm.sweeping.tasks import Finished, make_task, run_in_worker, run_task
 
 BACKENDS = ("loky", "threading", "dask")
 TASK_SECONDS = 0.5
@@ -126,22 +120,24 @@ def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Finished) -> Iter
             yield run_task(make_task(study, block, about))
         return
     bytes_in_task = pace.nbytes / pace.rows * min(rows, plan.max_rows)
-    function = _run_in_process if workers.backend == "loky" else run_in_worker
-    with _pool(workers) as (parallel, count):
+    with _pool(workers) as (parallel, count), exchange() as folder:
         blocks = _shrinking(plan, rows, count)
         tasks = (make_task(study, block, about) for block in blocks)
         # joblib lets results pile up without bound where the parent is the slower one, so it is
         # given a wave of tasks at a time.
         wave = max(4 * count, int(HELD_BYTES / bytes_in_task))
         while plan.rows_left:
-            yield from _received(parallel, function, islice(tasks, wave))
+            some = islice(tasks, wave)
+            if workers.backend == "loky":
+                calls = (delayed(run_in_process)(task, folder) for task in some)
+                yield from map(collect, _received(parallel, calls))
+            else:
+                yield from _received(parallel, (delayed(run_in_worker)(task) for task in some))
 
 
-def _received(
-    parallel: Parallel, function: Callable[[Task], Finished], tasks: Iterable[Task]
-) -> Generator[Finished, None, None]:
-    """The results of the tasks as they come in."""
-    results = parallel(delayed(function)(task) for task in tasks)
+def _received(parallel: Parallel, calls: Iterable[object]) -> Generator[Any, None, None]:
+    """The results of the calls as they come in."""
+    results = parallel(calls)
     try:
         yield from results
     except BrokenProcessPool as error:
@@ -219,12 +215,6 @@ def _client(workers: Workers) -> Iterator[Any]:
         except (OSError, ValueError) as error:  # TimeoutError is an OSError
             raise SweepError(f"no Dask cluster with workers answers at {address}") from error
         yield client
-
-
-def _run_in_process(task: Task) -> Finished:
-    """`run_in_worker` in a worker process of this machine."""
-    leave_to_parent()
-    return run_in_worker(task)
 
 
 def _max_rows(study: Study) -> int:

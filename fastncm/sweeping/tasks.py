@@ -8,13 +8,10 @@ bytes of a Parquet file, because packing them takes longer than solving.
 import fcntl
 import hashlib
 import os
-import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
-from time import perf_counter, sleep
+from time import perf_counter
 
 import numpy as np
 import pyarrow as pa
@@ -113,20 +110,6 @@ def run_in_worker(task: Task) -> Finished:
         )
     with _one_compiles(task):
         return run_task(task)
-
-
-@cache
-def leave_to_parent() -> None:
-    """For a worker process of this machine: ends with its parent, and Ctrl-C is the parent's."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True, name="parent-watch").start()
 
 
 def _packed(table: pa.Table) -> pa.Buffer:

@@ -78,7 +78,7 @@ def test_a_worker_process_that_is_killed_costs_nothing(tmp_path, alone):
     out = tmp_path / "out"
     add = tmp_path / "out" / "curves"
     thread = kill_when(
-        lambda: loky_processes() and len(list(add.glob("part-*"))) > 12, loky_processes
+        lambda: loky_processes() and len(list(add.glob("part-*"))) > 8, loky_processes
     )
     run = sweep(STUDY, out, jobs=2)
     thread.join()
