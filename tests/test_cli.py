@@ -42,7 +42,7 @@ def test_help_does_not_load_the_solver():
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (result.returncode, result.stderr) == (0, "")
-    for command in ("scenes", "solve", "sweep", "status", "plot", "warmup"):
+    for command in ("scenes", "solve", "sweep", "status", "compact", "plot", "warmup"):
         assert f"\n    {command} " in result.stdout
 
 
@@ -157,7 +157,11 @@ def test_failed_rows_are_counted_and_the_code_is_1(study, tmp_path, capsys, monk
         (["sweep", "study.toml", "--out", "out", "--jobs", "two"], "--jobs"),
         (["sweep", "broken.toml", "--out", "out"], "broken.toml:3"),
         (["sweep", "study.toml", "--out", "study.toml"], "is a file"),
+        (["sweep", "study.toml", "--out", "out", "--backend", "mpi"], "loky, threading, dask"),
+        (["sweep", "study.toml", "--out", "out", "--scheduler", "tcp://a:1"], "only with backend"),
+        (["sweep", "study.toml", "--out", "s4://bucket/x"], "cannot reach s4://bucket/x"),
         (["status", "out"], "no sweep"),
+        (["compact", "out"], "no sweep"),
         (["plot", "out"], "no sweep"),
     ],
 )
@@ -198,3 +202,50 @@ def test_a_sweep_that_breaks_off_has_a_code_of_its_own(study, tmp_path, capsys, 
     monkeypatch.setattr(store, "write_table", full)
     assert run("sweep", study, "--out", tmp_path / "out", "--jobs", 1) == 3
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_sweep_that_broke_off_goes_on_and_says_so(study, tmp_path, capsys, monkeypatch):
+    from fastncm.sweeping import backends, store
+
+    out = tmp_path / "out"
+    run_task = backends.run_task
+
+    def stops(task):
+        if 4 in task.case_ids:
+            raise KeyboardInterrupt
+        return run_task(task)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(backends, "run_task", stops)
+        patch.setattr(store, "PART_BYTES", 1)
+        assert run("sweep", study, "--out", out, "--jobs", 1) == 130
+    kept = len(load(out))
+    assert 0 < kept < 6
+    assert f"interrupted; {kept} of 6 cases are in {out}" in capsys.readouterr().err
+    assert run("status", out) == 0
+    printed = capsys.readouterr().out
+    assert f"study: interrupted, {kept} of 6 cases in the table" in printed
+    assert "the same sweep command solves the cases that are missing" in printed
+    assert run("sweep", study, "--out", out, "--jobs", 1) == 0
+    assert f"{kept} cases were in the table already" in capsys.readouterr().out
+    assert len(load(out)) == 6
+
+
+def test_parts_of_an_interrupted_sweep_can_be_joined(study, tmp_path, capsys, monkeypatch):
+    from fastncm.sweeping import run as run_module
+    from fastncm.sweeping import store
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "PART_BYTES", 1)
+        patch.setattr(run_module, "compact", lambda _: None)
+        assert run("sweep", study, "--out", out, "--jobs", 1) == 0
+    before = load(out)
+    capsys.readouterr()
+    assert run("compact", out) == 0
+    assert capsys.readouterr().out == "2 files before, 1 now\n"
+    pd.testing.assert_frame_equal(load(out), before)
+    (part,) = (out / "cases").glob("part-*")
+    part.write_bytes(part.read_bytes()[:-1])
+    assert run("compact", out) == 2
+    assert "not a whole Parquet file" in capsys.readouterr().err

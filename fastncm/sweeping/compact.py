@@ -106,7 +106,7 @@ def _concatenate(
     for name in names:
         with open_part(storage, table, name) as file:
             schemas.append(file.schema_arrow)
-    schema = pa.unify_schemas(schemas)
+    schema = pa.unify_schemas(schemas, promote_options="permissive")
     schema = schema.with_metadata((schemas[0].metadata or {}) | metadata)
 
     def write(stream: pa.NativeFile) -> None:
@@ -125,16 +125,18 @@ def _row_groups(storage: Storage, table: str, names: list[str]) -> Iterator[pa.T
             for group in range(file.num_row_groups):
                 held.append(file.read_row_group(group))
                 if sum(rows.nbytes for rows in held) >= FILE_BYTES:
-                    yield pa.concat_tables(held, promote_options="default")
+                    yield pa.concat_tables(held, promote_options="permissive")
                     held = []
     if held:
-        yield pa.concat_tables(held, promote_options="default")
+        yield pa.concat_tables(held, promote_options="permissive")
 
 
 def _with_columns(rows: pa.Table, schema: pa.Schema) -> pa.Table:
     """The same rows with all columns of the schema, empty where they have none."""
     columns = [
-        rows[field.name] if field.name in rows.column_names else pa.nulls(len(rows), field.type)
+        rows[field.name].cast(field.type)
+        if field.name in rows.column_names
+        else pa.nulls(len(rows), field.type)
         for field in schema
     ]
     return pa.table(columns, schema=schema)

@@ -48,7 +48,7 @@ def load(
         if table == "curves" and not manifest.study["curves"]:
             raise SweepError(f"{out} has no curves: the study has no [output] curves = true")
         raise SweepError(f"{out} has no finished rows (the sweep is {manifest.state})")
-    rows = pa.concat_tables(parts, promote_options="default")
+    rows = pa.concat_tables(parts, promote_options="permissive")
     order = np.argsort(rows["case_id"].to_numpy(), kind="stable")
     if columns is not None:
         rows = rows.select(list(columns))

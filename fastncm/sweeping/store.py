@@ -82,7 +82,7 @@ class Store:
         held, self._held, self._bytes = self._held, [], 0
         if not held:
             return
-        table = pa.concat_tables([rows for rows, _ in held], promote_options="default")
+        table = pa.concat_tables([rows for rows, _ in held], promote_options="permissive")
         facts = added_up([facts for _, facts in held])
         name = part_name(self._next)
         self._next += 1  # first: no name is used twice
