@@ -13,7 +13,7 @@ from fastncm.lowering import Lowered, lower, scale_only_names
 from fastncm.path import reduce
 from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
-from fastncm.scene import Scene, tabulate
+from fastncm.scene import CaseGroup, Scene, tabulate
 from fastncm.sqp import status
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
 
@@ -31,7 +31,7 @@ class ChunkResult:
     cases: columns of `fastncm.columns.CASE_UNITS`, each (C,), in the order of the cases given.
     curves: columns of `CURVE_UNITS`, each (C N,), with `case` the index of the case, or None.
     shape_paths: different dimensionless paths that were solved; solves: shapes; seconds_compiled:
-    time inside compiled code.
+    time inside compiled code. groups: the validated cases that were solved.
     """
 
     cases: dict[str, Array]
@@ -39,6 +39,7 @@ class ChunkResult:
     shape_paths: int
     solves: int
     seconds_compiled: float
+    groups: list[CaseGroup]
 
 
 def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
@@ -106,6 +107,7 @@ def solve_chunk(
         shape_paths=shape_paths,
         solves=solves,
         seconds_compiled=compiled,
+        groups=groups,
     )
 
 

@@ -28,7 +28,7 @@ def solve(options: argparse.Namespace) -> int:
     output.announce_compiling()
 
     from fastncm.curve import solve as solve_curve
-    from fastncm.sweeping.read import failed_rows
+    from fastncm.sweeping.read import GOOD_STATUS
 
     curve = solve_curve(scene)
     frame = curve.frame()
@@ -41,7 +41,7 @@ def solve(options: argparse.Namespace) -> int:
         from fastncm.plot import plot_curve
 
         print(f"picture: {plot_curve(curve, options.plot)}")
-    failed = failed_rows(frame["status"])
+    failed = int((~frame["status"].isin(GOOD_STATUS)).sum())
     if failed:
         print(f"failed: {failed} of {len(frame)} positions")
     return SOME_FAILED if failed else DONE

@@ -59,6 +59,35 @@ class Workers:
     scheduler: str | None = None
 
 
+@dataclass
+class Pace:
+    """How long cases take: sums over the tasks so far, each counting half of the one after it."""
+
+    seconds: float = 0.0
+    rows: float = 0.0
+    nbytes: float = 0.0
+
+    def note(self, finished: Finished) -> None:
+        """Take another task into account."""
+        self.seconds = self.seconds / 2 + finished.seconds
+        self.rows = self.rows / 2 + finished.rows
+        self.nbytes = self.nbytes / 2 + finished.nbytes
+
+    @property
+    def seconds_per_row(self) -> float:
+        return self.seconds / self.rows
+
+    @property
+    def rows_in_task(self) -> int:
+        """Cases that take about TASK_SECONDS."""
+        return max(1, round(TASK_SECONDS / self.seconds_per_row))
+
+    @property
+    def bytes_in_task(self) -> float:
+        """Size of the results of a task; an upper estimate."""
+        return self.nbytes / self.rows * self.rows_in_task
+
+
 class WorkersLost(Exception):
     """Workers died, and with them the tasks that they had in hand."""
 
@@ -93,12 +122,13 @@ def finished_tasks(
     def missing() -> Plan:
         return Plan(study.cases, scale_only_names(study.scene), _max_rows(study), done)
 
-    plan, losses = missing(), 0
-    pace = yield from _first_blocks(study, plan)
-    while pace is not None and plan.rows_left:
+    plan, pace, losses = missing(), Pace(), 0
+    yield from _first_blocks(study, plan, pace)
+    while plan.rows_left:
         try:
             for finished in _at_pace(study, workers, plan, pace):
                 losses = 0
+                pace.note(finished)
                 yield finished
         except WorkersLost as loss:
             losses += 1
@@ -108,26 +138,21 @@ def finished_tasks(
             plan = missing()
 
 
-def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Finished) -> Iterator[Finished]:
-    """What is left of the plan, by workers where that pays. pace: what a block took."""
+def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Pace) -> Iterator[Finished]:
+    """What is left of the plan, in tasks of TASK_SECONDS, by workers where that pays."""
     about = metadata(study)
-    seconds_per_row = pace.seconds / pace.rows
-    rows = max(1, round(TASK_SECONDS / seconds_per_row))
     alone = workers.backend != "dask" and workers.jobs == 1
     starting = WORKER_START_SECONDS if workers.backend == "loky" else 0.0
-    if alone or plan.rows_left * seconds_per_row <= starting:
-        for block in plan.blocks(rows):
+    if alone or plan.rows_left * pace.seconds_per_row <= starting:
+        while (block := plan.take(pace.rows_in_task)) is not None:
             yield run_task(make_task(study, block, about))
         return
-    bytes_in_task = pace.nbytes / pace.rows * min(rows, plan.max_rows)
     with _pool(workers) as (parallel, count), exchange() as folder:
-        blocks = _shrinking(plan, rows, count)
-        tasks = (make_task(study, block, about) for block in blocks)
-        # joblib lets results pile up without bound where the parent is the slower one, so it is
-        # given a wave of tasks at a time.
-        wave = max(4 * count, int(HELD_BYTES / bytes_in_task))
+        tasks = (make_task(study, block, about) for block in _shrinking(plan, pace, count))
         while plan.rows_left:
-            some = islice(tasks, wave)
+            # joblib lets results pile up without bound where the parent is the slower one, so it
+            # is given a wave of tasks at a time.
+            some = islice(tasks, max(4 * count, int(HELD_BYTES / pace.bytes_in_task)))
             if workers.backend == "loky":
                 calls = (delayed(run_in_process)(task, folder) for task in some)
                 yield from map(collect, _received(parallel, calls))
@@ -150,27 +175,31 @@ def _received(parallel: Parallel, calls: Iterable[object]) -> Generator[Any, Non
             results.close()
 
 
-def _first_blocks(study: Study, plan: Plan) -> Generator[Finished, None, Finished | None]:
-    """Growing blocks in this process until two can be measured. Returns the last one, too.
+def _first_blocks(study: Study, plan: Plan, pace: Pace) -> Iterator[Finished]:
+    """Growing blocks in this process until two can be measured.
 
     Two, because a block may meet a kind of problem for which the code is not compiled yet.
     """
     about = metadata(study)
-    finished = None
-    rows, measured = 1, -1  # the first is not measured: it loads the compiled code
+    block = plan.take(1)
+    if block is None:
+        return
+    yield run_task(make_task(study, block, about))  # not measured: it loads the compiled code
+    rows, measured = FIRST_ROWS, 0
     while measured < 2 and (block := plan.take(rows)) is not None:
         finished = run_task(make_task(study, block, about))
+        pace.note(finished)
         yield finished
-        if measured < 0 or finished.seconds >= MEASURED_SECONDS or rows >= plan.max_rows:
+        if finished.seconds >= MEASURED_SECONDS or rows >= plan.max_rows:
             measured += 1
-        rows = FIRST_ROWS if rows == 1 else rows if measured else 4 * rows
-    return finished
+        else:
+            rows *= 4
 
 
-def _shrinking(plan: Plan, rows: int, jobs: int) -> Iterator[np.ndarray]:
-    """What is left of the plan, in blocks of about `rows` cases, smaller ones at the end."""
+def _shrinking(plan: Plan, pace: Pace, count: int) -> Iterator[np.ndarray]:
+    """What is left of the plan, in blocks of TASK_SECONDS, smaller ones at the end."""
     while True:
-        fair = plan.rows_left // (LAST_TASKS * jobs)
+        rows, fair = pace.rows_in_task, plan.rows_left // (LAST_TASKS * count)
         block = plan.take(min(rows, max(fair, rows // 8, 1)))
         if block is None:
             return

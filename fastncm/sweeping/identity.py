@@ -12,14 +12,14 @@ left out (they differ in the last digits) and are kept in the manifest instead.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fastncm.scene import CaseGroup, Scene, tabulate
+from fastncm.scene import CaseGroup
 from fastncm.scene.names import OPTION
 
 IntArray = NDArray[np.int64]
@@ -40,12 +40,11 @@ def solver_version() -> str:
     return digest.hexdigest()[:16]
 
 
-def case_keys(scene: Scene, columns: Mapping[str, np.ndarray]) -> IntArray:
-    """The identities, shape (C,), of the cases of `columns` (dotted name to one entry per case).
+def case_keys(groups: Sequence[CaseGroup]) -> IntArray:
+    """The identities, shape (C,), of the C cases that `tabulate` has made groups of.
 
-    63 bits: whole numbers that every reader of Parquet knows. Raises SceneError for bad cases.
+    63 bits: whole numbers that every reader of Parquet knows.
     """
-    groups = tabulate(scene, columns)
     keys = np.empty(sum(len(group.rows) for group in groups), dtype=np.int64)
     for group in groups:
         keys[group.rows] = _group_keys(group)

@@ -6,7 +6,7 @@ puts them side by side, and the plan hands out whole groups of them, so that eve
 solved in one task only. The table does not depend on how the design is cut.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 import numpy as np
 
@@ -65,8 +65,3 @@ class Plan:
                 self._next += int(missing[0]) // group * group
                 return
             self._next = stop
-
-    def blocks(self, rows: int) -> Iterator[np.ndarray]:
-        """What is left, in blocks of about `rows` cases."""
-        while (block := self.take(rows)) is not None:
-            yield block

@@ -3,7 +3,7 @@
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
@@ -96,9 +96,10 @@ def count_statuses(storage: Storage) -> Counter[tuple[str, str]]:
     return counts
 
 
-def failed_rows(statuses: Iterable[str]) -> int:
+def failed_rows(statuses: pa.Array | pa.ChunkedArray) -> int:
     """How many of the statuses are neither converged nor without contact."""
-    return sum(n for status, n in Counter(statuses).items() if status not in GOOD_STATUS)
+    good = pc.sum(pc.is_in(statuses, pa.array(GOOD_STATUS))).as_py()
+    return len(statuses) - int(good or 0)
 
 
 def _read(

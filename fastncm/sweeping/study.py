@@ -107,7 +107,7 @@ class Study:
 
     def keys(self, case_ids: np.ndarray) -> np.ndarray:
         """The identities (`sweeping.identity`) of the cases, both shape (C,)."""
-        return case_keys(self.scene, self.cases.columns(case_ids))
+        return case_keys(tabulate(self.scene, self.cases.columns(case_ids)))
 
     def _check_report(self) -> None:
         known = [*self.axes, *(name for name in CASE_UNITS if name not in TEXT_COLUMNS)]

@@ -86,12 +86,13 @@ def run_task(task: Task) -> Finished:
     if result.curves is not None:
         table = curves_table(task.case_ids, result.curves)
         packed, curves_rows = _packed(table.replace_schema_metadata(task.metadata)), table.num_rows
+    results = results_table(case_keys(result.groups), result.cases)
     return Finished(
         case_ids=task.case_ids,
-        results=results_table(case_keys(task.scene, task.columns), result.cases),
+        results=results,
         curves=packed,
         curves_rows=curves_rows,
-        failed=failed_rows(result.cases["status"]),
+        failed=failed_rows(results["status"]),
         shape_paths=result.shape_paths,
         solves=result.solves,
         seconds=perf_counter() - started,

@@ -36,6 +36,12 @@ def test_any_cases_in_any_order_are_found_without_the_others():
     ]
 
 
+def taken(plan, rows):
+    """What is left of the plan."""
+    while (block := plan.take(rows)) is not None:
+        yield block
+
+
 def nothing_done(size):
     return np.zeros(size, dtype=bool)
 
@@ -49,7 +55,7 @@ def test_a_plan_hands_out_every_missing_case_once(rows, max_rows, done):
     finished[np.random.default_rng(done).permutation(grid.size)[:done]] = True
     plan = Plan(grid, SCALE_ONLY, max_rows, finished)
     assert plan.rows_left == grid.size - done
-    blocks = list(plan.blocks(rows))
+    blocks = list(taken(plan, rows))
     assert plan.rows_left == 0
     handed_out = np.concatenate([np.array([], dtype=int), *blocks])
     assert sorted(handed_out) == list(np.flatnonzero(~finished))
@@ -64,7 +70,7 @@ def test_a_nearly_finished_plan_is_walked_through_in_large_steps():
     orders = []
     walk = plan._order.case_ids
     plan._order.case_ids = lambda *ends: orders.append(ends) or walk(*ends)
-    assert [list(block) for block in plan.blocks(1)] == [[5], [1_234_567]]
+    assert [list(block) for block in taken(plan, 1)] == [[5], [1_234_567]]
     assert len(orders) < 100
 
 
@@ -72,7 +78,7 @@ def test_cases_that_share_a_problem_share_a_block():
     grid = Grid(AXES)
     plan = Plan(grid, SCALE_ONLY, 10_000, nothing_done(grid.size))
     problems = []
-    for block in plan.blocks(rows=40):
+    for block in taken(plan, 40):
         columns = grid.columns(block)
         problems += set(zip(columns["jaw.height"], columns["model.section"], strict=True))
     assert len(problems) == len(set(problems)) == 8
@@ -91,7 +97,7 @@ def test_samples_are_solved_with_shared_problems_side_by_side():
     heights = np.array([3.0, 1.0, 2.0, 1.0, 3.0])
     samples = Samples({"jaw.height": heights, "friction.mu": np.arange(5.0)})
     plan = Plan(samples, SCALE_ONLY, 10_000, nothing_done(5))
-    order = np.concatenate(list(plan.blocks(2)))
+    order = np.concatenate(list(taken(plan, 2)))
     assert sorted(order) == list(range(5))
     assert list(heights[order]) == [1, 1, 2, 3, 3]
 

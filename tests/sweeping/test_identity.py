@@ -5,16 +5,20 @@ import sys
 
 import numpy as np
 
-from fastncm.scene import load_scene
+from fastncm.scene import load_scene, tabulate
 from fastncm.sweeping import identity
 from fastncm.sweeping.identity import case_keys, solver_version
 
 CIRCLE = load_scene("snapfit-circle")
 
 
+def keys_of(scene, columns):
+    return case_keys(tabulate(scene, columns))
+
+
 def key(scene, **columns):
     values = {name.replace("_", ".", 1): np.array([v]) for name, v in columns.items()}
-    return int(case_keys(scene, values or {"friction.mu": np.array([scene.friction.mu])})[0])
+    return int(keys_of(scene, values or {"friction.mu": np.array([scene.friction.mu])})[0])
 
 
 def test_a_case_is_the_same_however_it_is_written():
@@ -24,7 +28,7 @@ def test_a_case_is_the_same_however_it_is_written():
     point = CIRCLE.replace({"jaw.height": 0.0080}).jaw.a
     column = np.empty(1, dtype=object)
     column[0] = point
-    one = case_keys(CIRCLE, {"jaw.a": column, "friction.mu": np.array([0.2])})
+    one = keys_of(CIRCLE, {"jaw.a": column, "friction.mu": np.array([0.2])})
     assert int(one[0]) == plain
     assert key(CIRCLE, friction_mu=0.0) == key(CIRCLE, friction_mu=-0.0) == key(CIRCLE)
 
@@ -49,7 +53,7 @@ def test_any_other_value_is_another_case():
 
 def test_a_million_cases_have_a_million_keys():
     height, mu = np.meshgrid(np.linspace(0.0069, 0.0109, 1000), np.linspace(0.0, 0.4, 1000))
-    keys = case_keys(CIRCLE, {"jaw.height": height.ravel(), "friction.mu": mu.ravel()})
+    keys = keys_of(CIRCLE, {"jaw.height": height.ravel(), "friction.mu": mu.ravel()})
     assert len(np.unique(keys)) == 1_000_000
     assert abs(np.mean(keys / 2.0**63) - 0.5) < 1e-3
 
@@ -57,9 +61,9 @@ def test_a_million_cases_have_a_million_keys():
 def test_keys_do_not_depend_on_the_company():
     heights = np.linspace(0.0069, 0.0109, 11)
     orders = np.array([4, 6] * 5 + [4])
-    together = case_keys(CIRCLE, {"jaw.height": heights, "solver.order": orders})
+    together = keys_of(CIRCLE, {"jaw.height": heights, "solver.order": orders})
     alone = [
-        case_keys(CIRCLE.replace({"solver.order": int(order)}), {"jaw.height": np.array([height])})
+        keys_of(CIRCLE.replace({"solver.order": int(order)}), {"jaw.height": np.array([height])})
         for height, order in zip(heights, orders, strict=True)
     ]
     assert together.tolist() == np.concatenate(alone).tolist()
@@ -67,10 +71,10 @@ def test_keys_do_not_depend_on_the_company():
 
 def test_keys_and_version_are_the_same_in_the_next_process():
     code = (
-        "import numpy as np; from fastncm.scene import load_scene\n"
+        "import numpy as np; from fastncm.scene import load_scene, tabulate\n"
         "from fastncm.sweeping.identity import case_keys, solver_version\n"
-        "print(solver_version(), case_keys(load_scene('snapfit-circle'), "
-        "{'friction.mu': np.array([0.2])})[0])"
+        "groups = tabulate(load_scene('snapfit-circle'), {'friction.mu': np.array([0.2])})\n"
+        "print(solver_version(), case_keys(groups)[0])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == [solver_version(), str(key(CIRCLE, friction_mu=0.2))]
