@@ -120,13 +120,15 @@ def _concatenate(
 def _row_groups(storage: Storage, table: str, names: list[str]) -> Iterator[pa.Table]:
     """The rows of the files; small ones together, so that row groups are of a sensible size."""
     held: list[pa.Table] = []
+    held_bytes = 0
     for name in names:
         with open_part(storage, table, name) as file:
             for group in range(file.num_row_groups):
                 held.append(file.read_row_group(group))
-                if sum(rows.nbytes for rows in held) >= FILE_BYTES:
+                held_bytes += held[-1].nbytes
+                if held_bytes >= FILE_BYTES:
                     yield pa.concat_tables(held, promote_options="permissive")
-                    held = []
+                    held, held_bytes = [], 0
     if held:
         yield pa.concat_tables(held, promote_options="permissive")
 

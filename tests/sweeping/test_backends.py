@@ -35,10 +35,10 @@ def alone(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def small_tasks(monkeypatch):
-    """Some 100 tasks, nearly all of them for the workers."""
+    """Dozens of tasks, nearly all of them for the workers."""
     monkeypatch.setattr(backends, "WORKER_START_SECONDS", 0.0)
     monkeypatch.setattr(backends, "MEASURED_SECONDS", 0.0)
-    monkeypatch.setattr(backends, "TASK_SECONDS", 2e-3)
+    monkeypatch.setattr(backends.Pace, "rows_in_task", 60)
 
 
 def check(out, alone):
@@ -143,7 +143,7 @@ def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(tmp_path, alon
     address, workers = cluster
     out = tmp_path / "out"
     thread = kill_when(
-        lambda: len(list((out / "curves").glob("part-*"))) > 12, lambda: [workers[0].pid]
+        lambda: len(list((out / "curves").glob("part-*"))) > 8, lambda: [workers[0].pid]
     )
     run = sweep(STUDY, out, backend="dask", scheduler=address)
     thread.join()

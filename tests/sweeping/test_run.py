@@ -129,7 +129,7 @@ def test_the_table_does_not_depend_on_parts_tasks_and_workers(tmp_path, monkeypa
     monkeypatch.setattr(backends, "WORKER_START_SECONDS", 0.0)
     monkeypatch.setattr(backends, "FIRST_ROWS", 16)
     monkeypatch.setattr(backends, "MEASURED_SECONDS", 1e-4)
-    monkeypatch.setattr(backends, "TASK_SECONDS", 2e-3)
+    monkeypatch.setattr(backends.Pace, "rows_in_task", 100)
     monkeypatch.setattr(store, "PART_BYTES", 10_000)
     monkeypatch.setattr(run_module, "compact", lambda _: None)
     many = sweep(study, tmp_path / "many", jobs=2)

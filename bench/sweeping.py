@@ -1,0 +1,192 @@
+"""What a sweep costs beside its solves, what a second core brings, and what a cluster would.
+
+Two studies of a million cases of snapfit-circle: in one every case is a dimensionless problem of
+its own, in the other 20 cases share one (bench/million.py). Each measurement is a process of its
+own; the machine must have nothing else to do.
+
+Overhead: the CPU time of a sweep in one process, that of taking stock of the finished table
+included (what resuming begins with), less the time inside `solve_chunk`, as a share of the latter.
+Cluster: the CPU time that the parent takes for a case when two Dask workers on this machine solve
+it, start left out; it checks, sends, receives, writes and is the only part of a sweep that more
+nodes do not speed up.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from million import study as shared_study
+from support import ROOT, print_table, write_json
+
+import fastncm
+from fastncm.sweeping import backends, tasks
+
+CASES = 1_000_000
+SMALL = 20_000
+"""Cases of a sweep that is nearly all start."""
+REPEATS = 3
+NODES, CORES, DESIGNS = 100, 32, 1_000_000_000
+"""Of the cluster that is extrapolated to."""
+
+
+def own_study() -> "fastncm.Study":
+    """Every case a dimensionless problem of its own."""
+    side = round(CASES**0.5)
+    return fastncm.Study(
+        scene=fastncm.load_scene("snapfit-circle"),
+        axes={
+            "jaw.height": {"linspace": [0.0069, 0.0109, side]},
+            "jaw.length": {"linspace": [0.0162, 0.0222, side]},
+        },
+    )
+
+
+STUDIES = {"own": own_study, "shared": lambda: shared_study(CASES)}
+
+
+def measure(kind: str, backend: str, jobs: int) -> dict[str, float]:
+    """Run one sweep in this process, then take stock of it; for a process of its own."""
+    solving = []
+    solve_chunk = tasks.solve_chunk
+
+    def timed(*arguments, **options):
+        began = time.process_time()
+        result = solve_chunk(*arguments, **options)
+        solving.append(time.process_time() - began)
+        return result
+
+    def parent_cpu() -> float:
+        """CPU time of this process but for its solves."""
+        return time.process_time() - sum(solving)
+
+    tasks.solve_chunk = timed
+    study = STUDIES[kind]()
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "sweep"
+        small = fastncm.Study(study.scene, {"jaw.height": {"linspace": [0.0069, 0.0109, SMALL]}})
+        fastncm.sweep(small, Path(folder) / "warm", jobs=jobs, backend=backend)
+        before = parent_cpu()
+        fastncm.sweep(small, Path(folder) / "small", jobs=jobs, backend=backend)
+        start = parent_cpu() - before
+        earlier = sum(solving)
+        began, before = time.perf_counter(), parent_cpu()
+        run = fastncm.sweep(study, out, jobs=jobs, backend=backend)
+        seconds, cpu = time.perf_counter() - began, parent_cpu() - before
+        local = sum(solving) - earlier
+        began, before = time.perf_counter(), parent_cpu()
+        assert not fastncm.sweep(study, out, jobs=1).fresh
+        stock, stock_cpu = time.perf_counter() - began, parent_cpu() - before
+        began = time.perf_counter()
+        column = fastncm.load(out, columns=["peak_force_N"])
+        column_seconds = time.perf_counter() - began
+        size = sum(file.stat().st_size for file in out.rglob("*.parquet"))
+        assert len(column) == run.rows == CASES
+    return {
+        "seconds": seconds,
+        "start_cpu": start,
+        "parent_cpu": cpu,
+        "solving_cpu": local,
+        "stock": stock,
+        "stock_cpu": stock_cpu,
+        "column": column_seconds,
+        "bytes": size,
+        "failed": run.failed,
+    }
+
+
+def in_process(kind: str, backend: str, jobs: int) -> dict[str, float]:
+    """`measure` in a process of its own, and the load of the machine before it."""
+    command = [sys.executable, __file__, kind, backend, str(jobs)]
+    load = os.getloadavg()[0]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout.splitlines()[-1]) | {"load_before": load}
+
+
+def cold_start() -> float:
+    """Seconds from the command to the end of a sweep of two cases, without its pictures."""
+    code = (
+        "import sys, fastncm\n"
+        "fastncm.sweep(fastncm.Study(fastncm.load_scene('snapfit-circle'),"
+        "{'friction.mu': [0.0, 0.2]}), sys.argv[1])"
+    )
+    return min(_timed([sys.executable, "-c", code]) for _ in range(REPEATS))
+
+
+def cold_start_of_the_command() -> float:
+    """The same through `fastncm sweep`, which draws pictures and prints the best designs."""
+    with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+        file.write("scene = 'snapfit-circle'\n[axes]\nfriction.mu = [0.0, 0.2]\n")
+        file.flush()
+        command = [sys.executable, "-m", "fastncm", "sweep", file.name, "--out"]
+        return min(_timed(command) for _ in range(REPEATS))
+
+
+def _timed(command: list[str]) -> float:
+    with tempfile.TemporaryDirectory() as folder:
+        began = time.perf_counter()
+        subprocess.run(
+            [*command, f"{folder}/out"],
+            check=True,
+            cwd=ROOT,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        return time.perf_counter() - began
+
+
+def cluster(one: dict[str, float], dask: dict[str, float]) -> dict[str, float]:
+    """What DESIGNS cases would take on NODES x CORES, from a case's cost here."""
+    solve = one["solving_cpu"] / CASES
+    parent = (dask["parent_cpu"] - dask["start_cpu"]) / (CASES - SMALL)
+    return {
+        "solve_us_per_case": solve * 1e6,
+        "parent_us_per_case": parent * 1e6,
+        "solving_minutes": DESIGNS * solve / (NODES * CORES) / 60,
+        "parent_minutes": DESIGNS * parent / 60,
+        "table_GB": one["bytes"] / CASES * DESIGNS / 1e9,
+        "done_mask_GB": DESIGNS / 1e9,
+        "cores_that_one_parent_feeds": solve / parent,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kind", nargs="?", choices=STUDIES)
+    parser.add_argument("backend", nargs="?", choices=backends.BACKENDS)
+    parser.add_argument("jobs", nargs="?", type=int)
+    options = parser.parse_args()
+    if options.kind:
+        print(json.dumps(measure(options.kind, options.backend, options.jobs)))
+        return
+
+    figures: dict[str, object] = {"cold_start_s": cold_start()}
+    figures["cold_start_of_the_command_s"] = cold_start_of_the_command()
+    runs = {}
+    for kind in STUDIES:
+        for backend, jobs in (("loky", 1), ("loky", 2), ("threading", 2), ("dask", 2)):
+            runs[f"{kind} {backend} {jobs}"] = in_process(kind, backend, jobs)
+    rows = []
+    for name, run in runs.items():
+        kind, _, jobs = name.split()
+        one = runs[f"{kind} loky 1"]
+        overhead = (run["parent_cpu"] + run["stock_cpu"]) / run["solving_cpu"]
+        shown = f"{overhead:.1%}" if jobs == "1" else "-"
+        cells = [f"{run['seconds']:.1f}", f"{run['stock']:.2f}", f"{run['column']:.2f}"]
+        rows.append([name, *cells, shown, f"{one['seconds'] / run['seconds']:.2f}"])
+    print(f"\n{CASES:,} cases of snapfit-circle:\n")
+    print_table(["study, workers", "s", "stock / s", "column / s", "overhead", "speed-up"], rows)
+    models = {kind: cluster(runs[f"{kind} loky 1"], runs[f"{kind} dask 2"]) for kind in STUDIES}
+    head = ["a case", *STUDIES]
+    names = next(iter(models.values()))
+    print(f"\n{DESIGNS:.0e} designs on {NODES} nodes of {CORES} cores:\n")
+    print_table(head, [[name, *(f"{models[k][name]:.3g}" for k in STUDIES)] for name in names])
+    write_json("sweeping", figures | {"runs": runs, "cluster": models})
+
+
+if __name__ == "__main__":
+    main()
