@@ -5,7 +5,7 @@ twentieth design at least is a dimensionless problem of its own: 50,000 paths of
 solved, the other designs scale them. Each sweep runs in a fresh process; its peak memory and that
 of its largest worker are the operating system's. Parts are written at 64 MB, so the parent's memory
 rises until its buffer is full, and no further: three millions show it. No worker is started where
-that would take longer than solving.
+that would take longer than solving. Two sweeps write curves, too: 60 rows for each design.
 """
 
 import argparse
@@ -30,7 +30,10 @@ KILOBYTES = 1024 if sys.platform == "linux" else 1
 """Unit of `ru_maxrss` in bytes."""
 
 
-def study(cases: int) -> "fastncm.Study":
+WITH_CURVES = (10_000, 1_000_000)
+
+
+def study(cases: int, curves: bool = False) -> "fastncm.Study":
     heights, lengths = GRIDS[cases]
     return fastncm.Study(
         scene=fastncm.load_scene("snapfit-circle"),
@@ -41,18 +44,22 @@ def study(cases: int) -> "fastncm.Study":
             "jaw.length": {"linspace": [0.0162, 0.0222, lengths]},
         },
         name=f"{cases} designs",
+        curves=curves,
     )
 
 
-def measure(cases: int, jobs: int) -> dict[str, object]:
+def measure(cases: int, jobs: int, curves: bool) -> dict[str, object]:
     """Run the sweep here and say what it took; for a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "sweep"
-        run = fastncm.sweep(study(cases), out, jobs=jobs)
-        size = sum(file.stat().st_size for file in out.rglob("*.parquet"))
+        run = fastncm.sweep(study(cases, curves), out, jobs=jobs)
+        files = list(out.rglob("*.parquet"))
+        size = sum(file.stat().st_size for file in files)
     get_reusable_executor().shutdown(wait=True)  # a worker's memory is known when it has ended
     return {
         "cases": run.rows,
+        "curves": curves,
+        "files": len(files),
         "failed": run.failed,
         "shape_paths": run.shape_paths,
         "solves": run.solves,
@@ -66,20 +73,23 @@ def measure(cases: int, jobs: int) -> dict[str, object]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, choices=GRIDS, help="run one sweep in this process")
+    parser.add_argument("--curves", action="store_true", help="with the table of curves")
     parser.add_argument("--jobs", type=int, default=cpu_count())
     options = parser.parse_args()
     if options.cases:
-        print(json.dumps(measure(options.cases, options.jobs)))
+        print(json.dumps(measure(options.cases, options.jobs, options.curves)))
         return
 
     results = []
-    for cases in GRIDS:
-        command = [sys.executable, __file__, f"--cases={cases}", f"--jobs={options.jobs}"]
+    sweeps = [(cases, []) for cases in GRIDS] + [(cases, ["--curves"]) for cases in WITH_CURVES]
+    for cases, curves in sweeps:
+        command = [sys.executable, __file__, f"--cases={cases}", f"--jobs={options.jobs}", *curves]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
         results.append(json.loads(done.stdout))
     print(f"\nthickness x friction x jaw height x jaw length, {options.jobs} jobs:\n")
-    head = ["designs", "paths solved", "failed", "s", "table / MB", "parent / MB", "worker / MB"]
-    keys = ["cases", "shape_paths", "failed", "seconds", "file_MB"]
+    head = ["designs", "curves", "paths solved", "failed", "s", "files", "MB"]
+    head += ["parent / MB", "worker / MB"]
+    keys = ["cases", "curves", "shape_paths", "failed", "seconds", "files", "file_MB"]
     keys += ["parent_peak_MB", "worker_peak_MB"]
     print_table(head, [[f"{result[key]:,.4g}" for key in keys] for result in results])
     write_json("million", {"jobs": options.jobs, "sweeps": results})

@@ -233,7 +233,7 @@ def _client(workers: Workers) -> Iterator[Any]:
         address: object = workers.scheduler
         if address is None:
             own = distributed.LocalCluster(
-                n_workers=workers.jobs, threads_per_worker=1, dashboard_address=None
+                n_workers=workers.jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0"
             )
             address = stack.enter_context(own)
         try:

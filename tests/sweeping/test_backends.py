@@ -5,9 +5,11 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from contextlib import ExitStack
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -150,6 +152,65 @@ def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(tmp_path, alon
     check(run.out, alone)
     assert workers[0].wait() == -signal.SIGKILL
     assert workers[1].poll() is None
+
+
+def test_workers_of_an_own_cluster_give_the_same_table(tmp_path, alone):
+    pytest.importorskip("distributed")
+    check(sweep(STUDY, tmp_path / "out", jobs=2, backend="dask").out, alone)
+
+
+PARENT = """
+import sys
+from fastncm.sweeping import backends, store, sweep
+from test_backends import STUDY
+backends.WORKER_START_SECONDS = backends.MEASURED_SECONDS = 0.0
+backends.Pace.rows_in_task = 60
+store.PART_BYTES = 1
+sweep(STUDY, sys.argv[1], jobs=2)
+"""
+
+
+def test_a_parent_that_is_killed_takes_its_workers_along(tmp_path, alone):
+    psutil = pytest.importorskip("psutil")
+    out = tmp_path / "out"
+    here = os.path.dirname(__file__)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([here, *sys.path])}
+    before = set(Path(tempfile.gettempdir()).glob("fastncm-*"))
+    command = [sys.executable, "-c", PARENT, str(out)]
+    with subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL) as process:
+        while len(list((out / "curves").glob("part-*"))) <= 8:
+            assert process.poll() is None
+            time.sleep(0.002)
+        workers = psutil.Process(process.pid).children(recursive=True)
+        process.kill()
+    assert len(workers) >= 2
+    assert not psutil.wait_procs(workers, timeout=20)[1]
+    assert set(Path(tempfile.gettempdir()).glob("fastncm-*")) == before
+    assert len(load(out)) < 2400
+    check(sweep(STUDY, out, jobs=1).out, alone)
+
+
+def test_on_each_host_one_worker_compiles_while_the_others_wait(tmp_path, monkeypatch):
+    monkeypatch.setattr(tasks, "JIT_OFF", False)
+    monkeypatch.setattr(tasks, "cache_directory", lambda: tmp_path)
+    task = tasks.make_task(STUDY, np.arange(2), {})
+    inside, most = [], []
+
+    def first_task():
+        with tasks._one_compiles(task):
+            if not list(tmp_path.glob("*.ready")):  # this one compiles
+                inside.append(1)
+                most.append(len(inside))
+                time.sleep(0.05)
+                inside.pop()
+
+    threads = [threading.Thread(target=first_task) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1]
+    assert len(list(tmp_path.glob("*.ready"))) == 1
 
 
 def test_what_a_task_carries_is_parameters_and_what_it_returns_columns(alone):
