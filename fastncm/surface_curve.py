@@ -107,9 +107,10 @@ class SurfaceCurve(Curve):
             x, f = x[max(at - 1, 0) : at + 2], f[max(at - 1, 0) : at + 2]
         at = int(f.argmax())
         best, value = x[at], f[at]
-        if at == 1 and len(x) == 3 and np.isfinite(f).all():
-            inside = np.array(_one_way(x))
-            value, best = parabola_vertex(*x, *f, inside)
+        if at == 1 and len(x) == 3 and _one_way(x):
+            vertex, place = parabola_vertex(x, f)
+            if np.isfinite(vertex):
+                value, best = vertex, place
         return Peak(float(best), float(value * self._lowered.scale.force[0]))
 
     def events(self) -> pd.DataFrame:

@@ -66,32 +66,22 @@ def _peaks(
     x1, f1 = position[which, at], force[which, at]
     if count < 3:
         return f1, x1
-    x0, x2 = position[which, middle - 1], position[which, middle + 1]
-    f0, f2 = force[which, middle - 1], force[which, middle + 1]
-    inside = (at == middle) & touching[which, middle - 1] & touching[which, middle + 1]
-    inside &= (x1 - x0) * (x2 - x1) > 0.0
-    return parabola_vertex(x0, x1, x2, f0, f1, f2, inside)
+    around = which, middle + np.array([[-1], [0], [1]])
+    x, f = position[around], force[around]
+    inside = (at == middle) & touching[around].all(axis=0)
+    inside &= (x[1] - x[0]) * (x[2] - x[1]) > 0.0
+    vertex, place = parabola_vertex(x, f)
+    good = inside & np.isfinite(vertex)
+    return np.where(good, vertex, f1), np.where(good, place, x1)
 
 
-def parabola_vertex(
-    x0: np.ndarray,
-    x1: np.ndarray,
-    x2: np.ndarray,
-    f0: np.ndarray,
-    f1: np.ndarray,
-    f2: np.ndarray,
-    inside: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Value and place of the maximum of the parabolas through three points each, the middle one the
-    largest; the middle points themselves where not `inside` or where the parabola is flat."""
-    safe = np.where(inside, 1.0, 0.0)
-    a, b = safe * (x1 - x0), safe * (x2 - x1)
+def parabola_vertex(x: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Value and place, each (D,), of the vertices of the parabolas through three points each, (3,
+    D), the middle ones the largest; NaN or infinite where a parabola is flat or a point double."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        rise, fall = (f1 - f0) / a, (f2 - f1) / b
+        a, b = x[1] - x[0], x[2] - x[1]
+        rise, fall = (f[1] - f[0]) / a, (f[2] - f[1]) / b
         curvature = (fall - rise) / (a + b)
         slope = (rise * b + fall * a) / (a + b)
         offset = -slope / (2.0 * curvature)
-    good = inside & np.isfinite(offset)
-    offset = np.where(good, offset, 0.0)
-    value = f1 + np.where(good, 0.5 * slope * offset, 0.0)
-    return np.where(good, value, f1), x1 + offset
+        return f[1] + 0.5 * slope * offset, x[1] + offset

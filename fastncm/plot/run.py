@@ -11,7 +11,7 @@ from fastncm.plot.chart import LINES, by_importance, chosen, line_chart, map_cha
 from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mark_peak
 from fastncm.plot.shapes import draw_shapes, height_of_shapes, shapes_figure
 from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
-from fastncm.plot.surface import plot_surface_curve, surface_pictures
+from fastncm.plot.surface import surface_figure, surface_pictures
 from fastncm.scene import Scene
 from fastncm.sweeping.folder import read_manifest
 from fastncm.sweeping.read import load
@@ -46,7 +46,7 @@ def plot_run(out: str | os.PathLike[str]) -> list[Path]:
 def plot_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
     """Draw one curve: the force, its located peak, and snapshots of the finger."""
     if curve.scene.jaw is None:
-        return plot_surface_curve(curve, file)
+        return save(surface_figure(curve), Path(file))
     rows = snapshot_rows(curve)
     heights = [2.8, height_of_shapes(curve, rows, 8.0)]
     figure = empty_figure(8.0, sum(heights))

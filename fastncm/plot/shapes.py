@@ -116,7 +116,7 @@ def _draw_forces(ax: Axes, curve: Curve, row: int, scale: float) -> None:
     forces = 1e3 * scale * contacts[["force_x_N", "force_y_N"]].to_numpy()
     if curve.scene.jaw is None:
         lines = np.stack([points - forces, points], axis=1)
-        ax.add_collection(LineCollection(lines, colors=[MARK], linewidths=0.8))
+        ax.add_collection(LineCollection(list(lines), colors=[MARK], linewidths=0.8))
         ax.plot(*(points - forces).T, color=MARK, linewidth=0.8)
         return
     for point, force in zip(points, forces, strict=True):
@@ -131,7 +131,7 @@ def _draw_forces(ax: Axes, curve: Curve, row: int, scale: float) -> None:
 def _largest_arrow(curve: Curve, row: int) -> float:
     """The largest force at a contact point of a row, in N."""
     contacts = curve.contacts(row)
-    forces = np.hypot(contacts["force_x_N"], contacts["force_y_N"]).to_numpy()
+    forces = np.hypot(*contacts[["force_x_N", "force_y_N"]].to_numpy().T)
     return float(np.nanmax(forces, initial=0.0))
 
 

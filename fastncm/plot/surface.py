@@ -1,12 +1,12 @@
 """Pictures of direct contact: force over the position, psi and gamma along the finger, snapshots
 (Lan & Lee 2008, Figs. 5, 7 to 9)."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from fastncm.curve import Curve, solve
 from fastncm.errors import FastNcmError
@@ -34,8 +34,8 @@ MODELS: dict[str, dict[str, object]] = {
 COMPONENTS = {"force_x_N": "#4c8eda", "force_y_N": "#c0392b"}
 
 
-def plot_surface_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
-    """Draw one curve in direct contact: forces, angles along the finger, snapshots."""
+def surface_figure(curve: Curve) -> Figure:
+    """One curve in direct contact: forces, angles along the finger, snapshots."""
     rows = spread_rows(curve)
     heights = [3.0, 2.8, height_of_shapes(curve, rows, 9.0)]
     figure = empty_figure(9.0, sum(heights) + 0.3)
@@ -50,7 +50,7 @@ def plot_surface_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
     draw_shapes(below, curve, rows)
     if curve.scene.assumed:
         figure.supxlabel(f"assumed: {curve.scene.assumed}", fontsize=7, color="0.35")
-    return save(figure, Path(file))
+    return figure
 
 
 def surface_pictures(curve: Curve, out: Path) -> list[Path]:
