@@ -17,6 +17,8 @@ Array = np.ndarray
 
 _WORDS = np.array(status.WORDS, dtype=object)
 _ADVICE = np.array(status.ADVICE, dtype=object)
+#: A row whose contact force may be wrong by more than this part says so.
+_COARSE = 0.05
 #: Columns of a curve that only direct contact has.
 _EXTRA_UNITS = {"contact_from_m": "m", "contact_to_m": "m", "advice": ""}
 
@@ -83,13 +85,29 @@ def surface_curve_columns(
         "error_estimate": where(solved, rows.ESTIMATE),
         "contact_from_m": where(touching, rows.S_FROM, length),
         "contact_to_m": where(touching, rows.S_TO, length),
-        "advice": _ADVICE[number],
+        "advice": _advice(picked, number, length),
     }
     return {
         name: np.ascontiguousarray(columns[name]).ravel()
         for name in surface_curve_units(lowered.scene)
         if name in columns
     }
+
+
+def _advice(picked: Array, number: Array, length: Array) -> Array:
+    """What to do about each row (C, P), with the figures that are at hand; mostly nothing."""
+    advice = _ADVICE[number]
+    for case, place in zip(*np.nonzero(number == status.INFEASIBLE), strict=True):
+        overlap = picked[case, place, rows.OVERLAP] * length[case, 0]
+        if overlap > 0.0:
+            advice[case, place] += f" The overlap is {overlap:.4g} m."
+    estimate = np.where(number == status.CONVERGED, picked[:, :, rows.ESTIMATE], 0.0)
+    for case, place in zip(*np.nonzero(estimate > _COARSE), strict=True):
+        advice[case, place] = (
+            f"The contact force may be wrong by {estimate[case, place]:.0%}: the contact takes up "
+            "few of the intervals; use a larger solver.intervals."
+        )
+    return advice
 
 
 def surface_case_columns(

@@ -63,7 +63,10 @@ class SurfaceCurve(Curve):
 
     @cached_property
     def _summary(self) -> Summary:
-        return summarise_surfaces(self._solved.trace.rows)
+        path = self.scene.path
+        forward = isinstance(path.start, float) and path.start < path.stop
+        sense = np.array([1.0 if forward else -1.0])
+        return summarise_surfaces(self._solved.trace.rows, sense)
 
     @property
     def status(self) -> str:

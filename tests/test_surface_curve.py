@@ -65,12 +65,12 @@ def test_forces_and_energies_are_those_of_ipopt(ipopt: pd.DataFrame, case: str) 
     np.testing.assert_allclose(ours["energy_J"], theirs["energy_J"], rtol=1e-6, atol=1e-8)
     for column in ("tip_x_m", "tip_y_m", "tip_angle_rad"):
         np.testing.assert_allclose(ours[column], theirs[column], atol=1e-6)
-    step = 1.01 * scene.finger.length / scene.solver.intervals
-    touching = ours["contacts"] > 0
-    np.testing.assert_allclose(
-        ours["contact_from_m"][touching], theirs["s_from_m"][touching], atol=step
-    )
+    touching = theirs["touching"] > 0
     assert (ours["status"][touching] == "converged").all()
+    if case != "plane":  # flat on it, nodes touch with forces that IPOPT's barrier hides
+        step = 1.01 * scene.finger.length / scene.solver.intervals
+        np.testing.assert_allclose(ours["contact_from_m"], theirs["s_from_m"], atol=step)
+        np.testing.assert_allclose(ours["contact_to_m"], theirs["s_to_m"], atol=step)
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,8 @@ def test_touch_and_peak_of_a_wall() -> None:
     assert events["position"][0] == pytest.approx(tip, abs=1e-9)
     assert curve.frame()["status"].iloc[0] == "no_contact"
     assert curve.peak.position == 0.0225  # the force only grows: its end is the peak
-    assert curve.peak.insertion_force_N == curve.frame()["insertion_force_N"].iloc[-1]
+    last = curve.frame()["insertion_force_N"].iloc[-1]
+    assert curve.peak.insertion_force_N == pytest.approx(last, rel=1e-10)
     assert events["insertion_force_N"][0] < 1e-4 * curve.peak.insertion_force_N
 
 

@@ -30,15 +30,19 @@ class Summary(NamedTuple):
     status: np.ndarray
 
 
-def summarise_surfaces(table: np.ndarray) -> Summary:
-    """Summaries of D paths from their rows (D, P, surface_rows.COLUMNS)."""
+def summarise_surfaces(table: np.ndarray, sense: np.ndarray) -> Summary:
+    """Summaries of D paths from their rows (D, P, surface_rows.COLUMNS).
+
+    sense: (D,) +1 or -1, in which insertion changes the position; where positions go the other way,
+    the target takes work back.
+    """
     state = table[:, :, rows.STATUS].astype(np.int64)
     solved = state <= status.NO_CONTACT
     position = table[:, :, rows.POSITION]
     force = np.where(solved, table[:, :, rows.INSERTION], 0.0)
     peak_force, peak_position = _peaks(position, force, state == status.CONVERGED)
     rate = np.where(solved, table[:, :, rows.WORK_RATE], 0.0)
-    steps = np.abs(np.diff(position, axis=1))
+    steps = sense[:, None] * np.diff(position, axis=1)
     work = 0.5 * (steps * (rate[:, 1:] + rate[:, :-1])).sum(axis=1)
     failed = state > status.NO_CONTACT
     first = np.take_along_axis(state, failed.argmax(axis=1)[:, None], axis=1)[:, 0]
