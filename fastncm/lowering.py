@@ -122,7 +122,8 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
     )
     different, problem_of = _unique_rows(key)
     ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop = different.T
-    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, rho if scene.jaw.convex else -rho)
+    concave = scene.jaw is not None and not scene.jaw.convex
+    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, -rho if concave else rho)
     target = np.column_stack([radius, y])
     if positions is None:
         kind = c.CIRCLE if scene.target.shape == "circle" else c.BLOCK

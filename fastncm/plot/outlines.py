@@ -10,9 +10,7 @@ ARC_POINTS = 60
 
 def finger_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
     """The finger's sides: half a thickness from the axis, along the section's direction psi."""
-    s = shape["s_m"].to_numpy()
-    ends = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)
-    half = np.interp(s, [0.0, scene.finger.length], ends) / 2
+    half = np.interp(shape["s_m"], *np.transpose(scene.finger.stations)) / 2
     axis = shape[["x_m", "y_m"]].to_numpy()
     psi = shape["psi_rad"].to_numpy()
     across = half[:, None] * np.column_stack([-np.sin(psi), np.cos(psi)])
@@ -20,8 +18,13 @@ def finger_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
 
 
 def jaw_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
-    """The jaw, carried along by the tip's section: its contour from a to b, closed at the tip."""
-    thickness = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)[1]
+    """The jaw, carried along by the tip's section: its contour from a to b, closed at the tip.
+
+    Shape (0, 2) where there is none.
+    """
+    if scene.jaw is None:
+        return np.empty((0, 2))
+    thickness = scene.finger.stations[-1][1]
     tip = np.array([scene.finger.length, 0.0])
     foot = [[scene.finger.length, -thickness / 2], [scene.finger.length, thickness / 2]]
     undeformed = np.concatenate([contour(scene.jaw), foot]) - tip
