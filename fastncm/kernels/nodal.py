@@ -29,8 +29,8 @@ class NodalProblem(NamedTuple):
     """D fingers in direct contact that share the number of intervals N and the shape of target.
 
     step: (N,) lengths h of the intervals; bending: (D, N) B at midpoints; shear_compliance: (D, N)
-    1 / C, 0 without shear; offset: (D, N + 2) rho, half the thickness with its sign (positive:
-    left). vertices: (D, V, 2) of the target (`kernels.distance`); shape: of the target. placement:
+    1 / C, 0 without shear; thickness: (D, N) w / w_clamp at midpoints; offset: (D, N + 2) rho, half
+    the thickness with its sign (positive: left; 0 where the axis touches). vertices: (D, V, 2) of the target (`kernels.distance`); shape: of the target. placement:
     (D, P, 3) of the target in the base's frame at each position, and motion: (D, P, 3), its
     derivative by the position; sense: (D,) +1 or -1, in which the positions are passed. mu: (D,).
     """
@@ -38,25 +38,33 @@ class NodalProblem(NamedTuple):
     step: np.ndarray
     bending: np.ndarray
     shear_compliance: np.ndarray
+    thickness: np.ndarray
     offset: np.ndarray
     vertices: np.ndarray
     shape: int
+    positions: np.ndarray
     placement: np.ndarray
     motion: np.ndarray
-    sense: np.ndarray
+    base: np.ndarray
+    arm: np.ndarray
     mu: np.ndarray
+    left: int
+    printed_section: int
 
 
 class Nodal(NamedTuple):
     """One finger's state and evaluation; N intervals, K = N + 2 surface points.
 
     psi, gamma: (N + 1,) (gamma_i belongs to interval i >= 1); sin, cos: (N + 1,) of theta; x, y:
-    (N + 1,) nodes; section_sin, section_cos: (N + 1,) of psi. Of the surface points, (K,): px, py;
-    gap, nx, ny, curvature (`kernels.distance`, normals in the base's frame; far from the target
-    the gap is a lower bound and the normal zero); force: multiplier lambda. along: (K,) sense of
-    friction (+1: along ``t = (-ny, nx)``); seen_x, seen_y, seen: where in the target's frame the
-    distance was last worked out, and what it was. fx, fy: (N + 1,) what the finger beyond the middle of
-    interval i carries; moment: (N + 1,) that of the contact forces there.
+    (N + 1,) nodes; section_sin, section_cos: (N + 1,) of what turns the section. fx, fy: (N + 1,)
+    what the middle of interval i carries of the forces beyond; moment: (N + 1,) theirs there.
+
+    Of the surface points, (K,). px, py: place; gap, nx, ny, curvature: `kernels.distance`, in the
+    base's frame (far from the target the gap is a lower bound); seen_x, seen_y, seen: where in the
+    target's frame the distance was last worked out, and what it was; force: multiplier lambda;
+    along: sense of sliding, +1 where friction acts along ``t = (-ny, nx)``, 0 without; stuck: bool,
+    held along t, too, by the force shear; anchor_x, anchor_y: at this point of the target's frame;
+    slide: how far it has moved from there along t.
     """
 
     psi: np.ndarray
@@ -67,20 +75,25 @@ class Nodal(NamedTuple):
     y: np.ndarray
     section_sin: np.ndarray
     section_cos: np.ndarray
+    fx: np.ndarray
+    fy: np.ndarray
+    moment: np.ndarray
     px: np.ndarray
     py: np.ndarray
     gap: np.ndarray
     nx: np.ndarray
     ny: np.ndarray
     curvature: np.ndarray
-    force: np.ndarray
-    along: np.ndarray
     seen_x: np.ndarray
     seen_y: np.ndarray
     seen: np.ndarray
-    fx: np.ndarray
-    fy: np.ndarray
-    moment: np.ndarray
+    force: np.ndarray
+    along: np.ndarray
+    stuck: np.ndarray
+    shear: np.ndarray
+    anchor_x: np.ndarray
+    anchor_y: np.ndarray
+    slide: np.ndarray
 
 
 @driver
@@ -89,9 +102,10 @@ def make_nodal(intervals):
     n, k = intervals + 1, intervals + 2
     return Nodal(
         np.zeros(n), np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.ones(n), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
-        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.full(k, -np.inf), np.zeros(n),
-        np.zeros(n), np.zeros(n),
+        np.ones(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(k), np.zeros(k), np.zeros(k),
+        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.full(k, -np.inf),
+        np.zeros(k), np.zeros(k), np.zeros(k, np.bool_), np.zeros(k), np.zeros(k), np.zeros(k),
+        np.zeros(k),
     )  # fmt: skip
 
 
@@ -110,11 +124,12 @@ def place_axis(problem, state, size):
         s, c = sincos(0.5 * (psi[i - 1] + psi[i]) + gamma[i])
         sin[i] = s
         cos[i] = c
+    share = 1.0 if problem.printed_section else 0.0
     for i in range(1, size + 1):
-        s, c = sincos(psi[i])
+        s, c = sincos(psi[i] + share * gamma[i])
         state.section_sin[i] = s
         state.section_cos[i] = c
-    s, c = state.section_sin[size], state.section_cos[size]
+    s, c = sincos(psi[size])
     for i in range(size + 1, intervals + 1):
         psi[i], gamma[i] = psi[size], 0.0
         sin[i], cos[i] = s, c
@@ -128,7 +143,7 @@ def place_axis(problem, state, size):
 def place_surface(problem, d, x, y, angle, state, margin):
     """Surface points and their gaps to the target at the placement `x`, `y`, `angle`.
 
-    A gap that is certainly above `margin` is not worked out: a distance changes by no more than the
+    The gap of an unloaded point that is certainly above `margin` is not worked out: a distance changes by no more than the
     point moves.
     """
     offset, vertices = problem.offset, problem.vertices[d]
@@ -141,27 +156,37 @@ def place_surface(problem, d, x, y, angle, state, margin):
         qx, qy = turn_cos * dx + turn_sin * dy, turn_cos * dy - turn_sin * dx
         moved_x, moved_y = qx - state.seen_x[k], qy - state.seen_y[k]
         bound = state.seen[k] - np.sqrt(moved_x * moved_x + moved_y * moved_y)
-        if bound > margin:
+        if bound > margin and state.force[k] == 0.0:
             state.gap[k], state.nx[k], state.ny[k] = bound, 0.0, 0.0
             continue
         g, nx, ny, curvature = distance(problem.shape, vertices, qx, qy)
         state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
         state.gap[k], state.curvature[k] = g, curvature
         state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
+        if state.stuck[k]:
+            moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]
+            state.slide[k] = moved_y * nx - moved_x * ny
+
+
+@inlined
+def friction_ratio(state, k, mu):
+    """Force along the tangent ``t = (-ny, nx)`` over the normal force at surface point `k`."""
+    if state.stuck[k]:
+        return state.shear[k] / state.force[k] if state.force[k] != 0.0 else 0.0
+    return mu * state.along[k]
 
 
 @inlined
 def contact_direction(state, k, mu):
-    """Direction of the force on the finger at surface point `k` per unit of multiplier: ``n + mu
-    t``."""
-    slip = mu * state.along[k]
-    return state.nx[k] - slip * state.ny[k], state.ny[k] + slip * state.nx[k]
+    """Force on the finger at surface point `k` per unit of the normal force: ``n + ratio t``."""
+    ratio = friction_ratio(state, k, mu)
+    return state.nx[k] - ratio * state.ny[k], state.ny[k] + ratio * state.nx[k]
 
 
 @inner
 def carry_forces(problem, d, state, size):
     """What each interval up to `size` carries of the contact forces beyond it: `fx`, `fy`,
-    `moment`."""
+    `moment`. Returns the moment at the clamp."""
     intervals = problem.step.shape[0]
     mu = problem.mu[d]
     fx, fy, moment = 0.0, 0.0, 0.0

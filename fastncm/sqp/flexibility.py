@@ -21,20 +21,21 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import driver, inlined, inner
-from fastncm.kernels.nodal import contact_direction, node_of
+from fastncm.kernels.nodal import friction_ratio
 
-#: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself.
-_NORMAL, _ARM, _CONTACT = 0, 1, 2
+#: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself, and
+#: the grip of one that sticks.
+_NORMAL, _ARM, _CONTACT, _GRIP = range(4)
 
 
 class Chain(NamedTuple):
     """Workspace and result of `solve_chain` for N intervals and K surface points.
 
     turn: (N + 1, 5): of theta in each interval, its step m, the row of its flexibility (3), 1 /
-    pivot. terms: (K, 3, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
-    dx, dy: (N + 1,); force: (K,) multipliers; gap: (K,) linearised gaps; touching: (K,) bool.
-    source: (K, 3): forces on the nodes from outside (rates only); right: (K,) what the gaps of the
-    touching points change by.
+    pivot. terms: (K, 4, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
+    dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark: (K,)
+    bool, the working set and its change. source: (K, 3): forces on the nodes from outside, and
+    right, right_slide: (K,) what gap and slide change by (instead of the finger's own, for rates).
     """
 
     turn: np.ndarray
@@ -44,11 +45,13 @@ class Chain(NamedTuple):
     dx: np.ndarray
     dy: np.ndarray
     force: np.ndarray
+    shear: np.ndarray
     gap: np.ndarray
     touching: np.ndarray
     mark: np.ndarray
     source: np.ndarray
     right: np.ndarray
+    right_slide: np.ndarray
 
 
 @driver
@@ -57,16 +60,18 @@ def make_chain(intervals):
     n, k = intervals + 1, intervals + 2
     return Chain(
         np.zeros((n, 5)),
-        np.zeros((k, 3, 5)),
+        np.zeros((k, 4, 5)),
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
+        np.zeros(k),
         np.zeros(k),
         np.zeros(k),
         np.zeros(k, np.bool_),
         np.zeros(k, np.bool_),
         np.zeros((k, 3)),
+        np.zeros(k),
         np.zeros(k),
     )
 
@@ -153,18 +158,18 @@ def _answer(kept, f):
 
 @inlined
 def _contact_terms(state, k, j, mu):
-    """Vectors of touching point `k` on node `j`: gradient c of its gap, direction a of its force,
-    tangent b, normal's turn e per curvature, and the arm's turn per unit of force."""
+    """Vectors of touching point `k` on node `j`: gradient c of its gap, tangent b (gradient of its
+    slide), direction a of the force that its multiplier measures, derivative e of its force's
+    direction by the turn of the normal, and the arm's turn per unit of force."""
     arm_x, arm_y = state.px[k] - state.x[j], state.py[k] - state.y[j]
     nx, ny = state.nx[k], state.ny[k]
-    qx, qy = contact_direction(state, k, mu)
-    slip = mu * state.along[k]
-    ex, ey = -ny - slip * nx, nx - slip * ny  # the direction's derivative: t - mu n
+    ratio = friction_ratio(state, k, mu)
+    qx, qy = nx - ratio * ny, ny + ratio * nx
     c = (nx, ny, arm_x * ny - arm_y * nx)
-    a = (qx, qy, arm_x * qy - arm_y * qx)
     b = (-ny, nx, arm_x * nx + arm_y * ny)
-    e = (ex, ey, arm_x * ey - arm_y * ex)
-    return c, a, b, e, qx * arm_x + qy * arm_y
+    a = (qx, qy, arm_x * qy - arm_y * qx)
+    e = (-qy, qx, arm_x * qx + arm_y * qy)
+    return c, b, (c if state.stuck[k] else a), e, qx * arm_x + qy * arm_y
 
 
 _TURN = (0.0, 0.0, 1.0)
@@ -218,7 +223,7 @@ def carry_flexibility(problem, d, state, chain, size, own):
             force = state.force[p]
             if force == 0.0 and not chain.touching[p]:
                 continue
-            c, a, b, e, arm = _contact_terms(state, p, i, mu)
+            c, b, a, e, arm = _contact_terms(state, p, i, mu)
             if own == 0.0:
                 source = (chain.source[p, 0], chain.source[p, 1], chain.source[p, 2])
                 pushed = _columns(s, source)
@@ -232,6 +237,10 @@ def carry_flexibility(problem, d, state, chain, size, own):
                 gap = state.gap[p] if own == 1.0 else chain.right[p]
                 s, m, n = _hold(s, m, a, c, gap, chain.terms[p, _CONTACT])
                 excess += n
+                if state.stuck[p]:
+                    slide = state.slide[p] if own == 1.0 else chain.right_slide[p]
+                    s, m, n = _hold(s, m, b, b, slide, chain.terms[p, _GRIP])
+                    excess += n
     return excess
 
 
@@ -246,11 +255,15 @@ def carry_back(problem, d, state, chain, size, own):
         last = points - 1 if i == intervals else i
         for p in range(last, i - 1, -1):
             force = state.force[p]
-            chain.force[p] = 0.0
+            chain.force[p], chain.shear[p] = 0.0, 0.0
             if force == 0.0 and not chain.touching[p]:
                 continue
-            c, a, b, e, arm = _contact_terms(state, p, i, mu)
+            c, b, a, e, arm = _contact_terms(state, p, i, mu)
             if chain.touching[p]:
+                if state.stuck[p]:
+                    grip = -_answer(chain.terms[p, _GRIP], f)
+                    chain.shear[p] = grip
+                    f = (f[0] + grip * b[0], f[1] + grip * b[1], f[2] + grip * b[2])
                 push = -_answer(chain.terms[p, _CONTACT], f)
                 chain.force[p] = push
                 f = (f[0] + push * a[0], f[1] + push * a[1], f[2] + push * a[2])

@@ -1,17 +1,16 @@
-"""The active-set SQP for a finger in direct contact: many contacts that enter and leave at once.
+"""The SQP for a finger in direct contact (Lan & Lee 2008, eqs. (11)-(13)), O(N) an iteration.
 
-Each iteration solves a quadratic program with the Lagrangian's exact Hessian for the step and the
-new multipliers. Its working set is changed as a whole (primal-dual active set, in the safeguarded
-form of Judice & Pires, "A block principal pivoting algorithm", 1994): contacts that pull leave,
-points that would penetrate enter, all at once as long as their number falls, else one by one. Every
-trial of a working set is one pass of O(N) (`sqp.flexibility`).
+Each iteration solves a quadratic program with the Lagrangian's exact Hessian
+(`sqp.working_set`) for the step and the new multipliers, and walks along the step until an l1 merit
+function or the KKT residual falls. With friction there is no energy to fall: then the residual
+alone decides.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inner, kernel
+from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.nodal import (
     Nodal,
     carry_forces,
@@ -21,22 +20,25 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.sqp import status
-from fastncm.sqp.flexibility import Chain, carry_back, carry_flexibility, make_chain
+from fastncm.sqp.flexibility import Chain, make_chain
+from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
 
-#: Passes that may change the working set as a whole without fewer points being wrong.
-_PATIENCE = 30
-#: Most passes of one quadratic program.
-_PASSES = 200
-import os
-VARIANT = int(os.environ.get("VARIANT", "0"))
-TRACE = bool(os.environ.get("TRACE"))
+#: Error of a gap in finger lengths that is due to rounding.
+ROUNDING = 1e-15
+#: Points closer to the target than this (finger lengths) take part in the subproblem.
+_NEAR = 0.02
+#: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
+_ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
+#: Step length at which the line search gives up.
+_SHORTEST = 1e-4
 
 
 class SurfaceWork(NamedTuple):
-    """One finger's state, the workspace of its Newton step, and where a line search began.
+    """One finger's state, the workspace of its step, and the iterate that a line search starts
+    from.
 
-    psi, gamma: (N + 1,), force: (K,) of the iterate; size: (1,) the last node that takes part;
-    passes: (1,) sweeps along the finger so far.
+    psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
+    part, beyond which the finger is straight; passes: (1,) passes along the finger so far.
     """
 
     state: Nodal
@@ -44,8 +46,8 @@ class SurfaceWork(NamedTuple):
     psi: np.ndarray
     gamma: np.ndarray
     force: np.ndarray
+    shear: np.ndarray
     size: np.ndarray
-    memory: np.ndarray
     passes: np.ndarray
 
 
@@ -58,10 +60,24 @@ def make_surface_work(intervals):
         np.zeros(intervals + 1),
         np.zeros(intervals + 1),
         np.zeros(intervals + 2),
+        np.zeros(intervals + 2),
         np.ones(1, np.int64),
-        np.zeros((2, 2)),
         np.zeros(1, np.int64),
     )
+
+
+@inlined
+def _moment(problem, d, state, i):
+    """Bending moment of interval `i`, ``B psi'``."""
+    bent = state.psi[i] - state.psi[i - 1]
+    return problem.bending[d, i - 1] / problem.step[i - 1] * bent
+
+
+@inlined
+def _shear_force(problem, d, state, i):
+    """Shear force of interval `i`, ``C gamma``; 0 without shear."""
+    compliance = problem.shear_compliance[d, i - 1]
+    return state.gamma[i] / compliance if compliance > 0.0 else 0.0
 
 
 @inner
@@ -69,171 +85,66 @@ def strain_energy(problem, d, state, size):
     """V in E I / L (Lan & Lee 2008, eq. (2), as discretised in `kernels.nodal`)."""
     energy = 0.0
     for i in range(1, size + 1):
-        turned = state.psi[i] - state.psi[i - 1]
-        energy += 0.5 * problem.bending[d, i - 1] / problem.step[i - 1] * turned * turned
-        if problem.shear_compliance[d, i - 1] > 0.0:
-            stiffness = problem.step[i - 1] / problem.shear_compliance[d, i - 1]
-            energy += 0.5 * stiffness * state.gamma[i] * state.gamma[i]
+        energy += 0.5 * _moment(problem, d, state, i) * (state.psi[i] - state.psi[i - 1])
+        energy += 0.5 * problem.step[i - 1] * _shear_force(problem, d, state, i) * state.gamma[i]
     return energy
 
 
 @inner
-def evaluate(problem, d, place, state, size, margin):
-    """Positions, gaps and carried forces of the state with the target at `place`: (x, y, angle)."""
-    place_axis(problem, state, size)
-    place_surface(problem, d, place[0], place[1], place[2], state, margin)
-    carry_forces(problem, d, state, size)
+def energy_slope(problem, d, state, chain, size):
+    """Derivative of V along the step in `chain`."""
+    slope = 0.0
+    for i in range(1, size + 1):
+        slope += _moment(problem, d, state, i) * (chain.dpsi[i] - chain.dpsi[i - 1])
+        slope += problem.step[i - 1] * _shear_force(problem, d, state, i) * chain.dgamma[i]
+    return slope
 
 
 @inner
-def kkt_residual(problem, d, state, size, rounding):
+def evaluate(problem, d, x, y, angle, work):
+    """Positions, gaps and carried forces of the state with the target at `x`, `y`, `angle`."""
+    place_axis(problem, work.state, work.size[0])
+    place_surface(problem, d, x, y, angle, work.state, _NEAR)
+    carry_forces(problem, d, work.state, work.size[0])
+
+
+@inner
+def kkt_residual(problem, d, state, size):
     """Largest relative violation of the KKT conditions of an evaluated state, from scratch.
 
-    The moment and shear of each interval against those of the contact forces beyond it, over the
-    largest; penetration and ``lambda g`` over the mean deflection at the contacts, ``2 V / sum
-    lambda``; a negative multiplier over the largest.
+    Moment and shear angle of each interval against those of the contact forces beyond it, over the
+    largest; penetration, slide of what sticks and ``lambda g`` over the mean deflection at the
+    contacts, ``2 V / sum lambda``; a negative multiplier over the largest. NaN where any is.
     """
-    moment, shear, total, largest = rounding, rounding, 0.0, 0.0
+    moment, shear, total, largest = ROUNDING, ROUNDING, 0.0, 0.0
     for k in range(state.force.shape[0]):
         total += abs(state.force[k])
         largest = max(largest, abs(state.force[k]))
-    residual, slack, slide = 0.0, 0.0, 0.0
+    slack, sheared_slack, energy = 0.0, 0.0, 0.0
     for i in range(1, size + 1):
-        bent = problem.bending[d, i - 1] / problem.step[i - 1] * (state.psi[i] - state.psi[i - 1])
+        bent = _moment(problem, d, state, i)
         moment = max(moment, abs(bent), abs(state.moment[i]))
         slack = max(slack, abs(bent - state.moment[i]))
         across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i]
         sheared = problem.shear_compliance[d, i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
-        slide = max(slide, abs(state.gamma[i] - sheared))
-    residual = max(slack / moment, slide / shear)
-    deflection = rounding
-    if total > 0.0:
-        deflection = max(rounding, 2.0 * strain_energy(problem, d, state, size) / total)
-    for k in range(state.force.shape[0]):
+        sheared_slack = max(sheared_slack, abs(state.gamma[i] - sheared))
+        energy += bent * (state.psi[i] - state.psi[i - 1])
+        energy += problem.step[i - 1] * _shear_force(problem, d, state, i) * state.gamma[i]
+    residual = max(slack / moment, sheared_slack / shear)
+    deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
+    for k in range(1, state.force.shape[0]):
         residual = max(residual, -state.gap[k] / deflection)
         if state.force[k] != 0.0:
             share = abs(state.force[k]) / largest
             residual = max(residual, abs(state.gap[k]) / deflection * share)
             residual = max(residual, -state.force[k] / largest)
-    return residual
+            if state.stuck[k]:
+                residual = max(residual, abs(state.slide[k]) / deflection * share)
+    return residual if np.isfinite(energy + total) else np.nan
 
 
-@inner
-def _overhang(force, end, inward, length):
-    """By how many nodes a run of `length` contacts is too long (> 0) or too short (< 0) at `end`.
-
-    Where the finger is held down beyond the true end of its contact, it pulls there like a string:
-    with the force per node next to the end, times the number of nodes too many. inward: +1 or -1.
-    """
-    if length < 4:
-        return 1 if force[end] < 0.0 else 0
-    share = 0.5 * (force[end + inward] + force[end + 2 * inward])
-    if share <= 0.0:
-        return 1 if force[end] < 0.0 else 0
-    return int(np.ceil(-force[end] / share))
-
-
-@inner
-def change_working_set(chain, candidates, largest):
-    """One change of the working set: contacts that pull leave, points that penetrate enter.
-
-    Returns how many contacts pull and points penetrate; the set is left alone where none does.
-    """
-    touching, mark, force, gap = chain.touching, chain.mark, chain.force, chain.gap
-    wrong = 0
-    for k in range(1, candidates):
-        mark[k] = touching[k]
-    k = 1
-    while k < candidates:
-        first = k
-        if touching[k]:  # a run of contacts
-            while k < candidates and touching[k]:
-                if force[k] < -1e-15 * largest:
-                    wrong += 1
-                    mark[k] = False
-                k += 1
-            length = k - first
-            low, high = _overhang(force, first, 1, length), _overhang(force, k - 1, -1, length)
-            for i in range(first, min(first + low, k)):
-                if force[first] < 0.0:
-                    mark[i] = False
-            for i in range(max(k - high, first), k):
-                if force[k - 1] < 0.0:
-                    mark[i] = False
-        elif gap[k] < -1e-15:  # a zone of penetration
-            worst = k
-            while k < candidates and not touching[k] and gap[k] < -1e-15:
-                wrong += 1
-                if gap[k] < gap[worst]:
-                    worst = k
-                k += 1
-            below, above = 0, 0
-            for i in range(1, 5):
-                below += first - i >= 1 and touching[first - i] and below == i - 1
-                above += k + i - 1 < candidates and touching[k + i - 1] and above == i - 1
-            grown = False
-            if below == 4:
-                for i in range(first, min(first - _overhang(force, first - 1, -1, 4) - 1, k)):
-                    mark[i] = True
-                    grown = True
-            if above == 4:
-                for i in range(max(k + _overhang(force, k, 1, 4) + 1, first), k):
-                    mark[i] = True
-                    grown = True
-            if not grown:
-                mark[worst] = True
-        else:
-            k += 1
-    if wrong > 0:
-        for k in range(1, candidates):
-            touching[k] = mark[k]
-    return wrong
-
-
-@inner
-def solve_subproblem(problem, d, work, candidates):
-    """Step and multipliers of the quadratic program about the evaluated state, in ``work.chain``.
-
-    candidates: surface points below it take part. Returns the excess of negative pivots, -99 where
-    no working set was found.
-    """
-    state, chain, size = work.state, work.chain, work.size[0]
-    for passes in range(_PASSES):
-        work.passes[0] += 1
-        excess = carry_flexibility(problem, d, state, chain, size, 1.0)
-        carry_back(problem, d, state, chain, size, 1.0)
-        largest = 0.0
-        for k in range(candidates):
-            largest = max(largest, abs(chain.force[k]))
-        if passes < _PATIENCE:
-            wrong = change_working_set(chain, candidates, largest)
-            if wrong == 0:
-                return excess
-        else:
-            last = -1
-            for k in range(1, candidates):
-                if chain.touching[k]:
-                    if chain.force[k] < -1e-15 * largest:
-                        last = k
-                elif chain.gap[k] < -1e-15:
-                    last = k
-            if last < 0:
-                return excess
-            chain.touching[last] = not chain.touching[last]
-        if TRACE:
-            a, b, n = -1, -1, 0
-            for i in range(1, candidates):
-                if chain.touching[i]:
-                    n += 1
-                    if a < 0:
-                        a = i
-                    b = i
-            print("   pass",passes, "now", a, b, n, "excess", excess, "force", largest)
-    return -99
-
-
-@inner
+@inlined
 def _penetration(state):
     total = 0.0
     for k in range(1, state.gap.shape[0]):
@@ -242,71 +153,81 @@ def _penetration(state):
 
 
 @inner
-def solve_surface(problem, d, place, work, tolerance, rounding, margin, most):
-    """Solve finger `d` with the target at `place` from the state in ``work``.
+def _choose_size(problem, d, x, y, angle, work):
+    """Set the last node that takes part in the next subproblem. Returns the number of candidates.
+    """
+    state = work.state
+    candidates = 2
+    for k in range(1, state.gap.shape[0]):
+        if state.gap[k] <= _NEAR or state.force[k] != 0.0:
+            candidates = k + 1
+    size = node_of(candidates - 1, problem.step.shape[0])
+    if size < work.size[0]:
+        work.size[0] = size
+        evaluate(problem, d, x, y, angle, work)
+    for i in range(work.size[0] + 1, size + 1):
+        state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
+    work.size[0] = size
+    return candidates
 
-    Returns ``(status, iterations, residual)``.
+
+@inner
+def _advance(problem, d, x, y, angle, work, candidates, length):
+    """The state at `length` of the step from the iterate, evaluated."""
+    state, chain = work.state, work.chain
+    for i in range(1, work.size[0] + 1):
+        state.psi[i] = work.psi[i] + length * chain.dpsi[i]
+        state.gamma[i] = work.gamma[i] + length * chain.dgamma[i]
+    for k in range(state.force.shape[0]):
+        force, shear = 0.0, 0.0
+        if k < candidates:
+            force, shear = chain.force[k], chain.shear[k]
+        state.force[k] = work.force[k] + length * (force - work.force[k])
+        state.shear[k] = work.shear[k] + length * (shear - work.shear[k])
+    evaluate(problem, d, x, y, angle, work)
+
+
+@inner
+def solve_surface(problem, d, x, y, angle, work, tolerance, most):
+    """Solve finger `d` with the target at `x`, `y`, `angle`, from the state in `work`.
+
+    tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
     """
     state, chain = work.state, work.chain
-    intervals = problem.step.shape[0]
-    evaluate(problem, d, place, state, work.size[0], margin)
-    penalty = 0.0
-    for iteration in range(most):
-        candidates = 0
-        for k in range(state.gap.shape[0]):
-            if state.gap[k] <= margin or state.force[k] != 0.0:
-                candidates = k + 1
-        size = max(1, node_of(candidates - 1, intervals))
-        if size < work.size[0]:
-            work.size[0] = size
-            evaluate(problem, d, place, state, size, margin)
-        elif size > work.size[0]:
-            for i in range(work.size[0] + 1, size + 1):
-                state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
-            work.size[0] = size
-        residual = kkt_residual(problem, d, state, size, rounding)
+    evaluate(problem, d, x, y, angle, work)
+    penalty, residual = 0.0, np.inf
+    for iteration in range(most + 1):
+        candidates = _choose_size(problem, d, x, y, angle, work)
+        size = work.size[0]
+        residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:
             return status.CONVERGED, iteration, residual
+        if not np.isfinite(residual):
+            return status.NUMERICAL_ERROR, iteration, residual
         for k in range(state.gap.shape[0]):
             chain.touching[k] = 0 < k < candidates and state.force[k] > 0.0
-        excess = solve_subproblem(problem, d, work, candidates)
-        if excess == -99:
+        excess, passes = solve_subproblem(problem, d, state, chain, size, candidates)
+        work.passes[0] += passes
+        if excess == UNSETTLED:
             return status.MAX_ITERATIONS, iteration, residual
-        energy, violation = strain_energy(problem, d, state, size), _penetration(state)
-        slope = 0.0
-        for i in range(1, size + 1):
-            bent = problem.bending[d, i - 1] / problem.step[i - 1]
-            slope += bent * (state.psi[i] - state.psi[i - 1]) * (chain.dpsi[i] - chain.dpsi[i - 1])
-            if problem.shear_compliance[d, i - 1] > 0.0:
-                stiffness = problem.step[i - 1] / problem.shear_compliance[d, i - 1]
-                slope += stiffness * state.gamma[i] * chain.dgamma[i]
         for i in range(1, size + 1):
             work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
         for k in range(state.force.shape[0]):
-            work.force[k] = state.force[k]
+            work.force[k], work.shear[k] = state.force[k], state.shear[k]
             penalty = max(penalty, 2.0 * chain.force[k])
-        merit = energy + penalty * violation
-        slope -= penalty * violation
+        violation = _penetration(state)
+        merit = strain_energy(problem, d, state, size) + penalty * violation
+        slope = energy_slope(problem, d, state, chain, size) - penalty * violation
         length = 1.0
         while True:
-            for i in range(1, size + 1):
-                state.psi[i] = work.psi[i] + length * chain.dpsi[i]
-                state.gamma[i] = work.gamma[i] + length * chain.dgamma[i]
-            for k in range(state.force.shape[0]):
-                goal = chain.force[k] if k < candidates else 0.0
-                state.force[k] = work.force[k] + length * (goal - work.force[k])
-            evaluate(problem, d, place, state, size, margin)
-            trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
-            if trial <= merit + 1e-4 * length * min(slope, 0.0) + 1e-14 * merit:
+            _advance(problem, d, x, y, angle, work, candidates, length)
+            if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
                 break
-            if kkt_residual(problem, d, state, size, rounding) <= (1.0 - 0.1 * length) * residual:
-                break
+            if problem.mu[d] == 0.0:
+                trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
+                if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
+                    break
             length *= 0.5
-            if length < 1e-6:
+            if length < _SHORTEST:
                 return status.MAX_ITERATIONS, iteration, residual
     return status.MAX_ITERATIONS, most, residual
-
-
-@kernel
-def solve_one(problem, d, place, work, tolerance, rounding, margin, most):
-    return solve_surface(problem, d, place, work, tolerance, rounding, margin, most)
