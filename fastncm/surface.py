@@ -138,8 +138,9 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     motion *= np.sign(stop - start)[:, None, None]
     return NodalProblem(
         step=np.full(intervals, 1.0 / intervals),
-        bending=middle**3,
-        shear_compliance=shear[:, None] / middle,
+        bending=middle**3 * intervals,
+        flexibility=1.0 / (middle**3 * intervals),
+        shear_flexibility=shear[:, None] / middle * intervals,
         thickness=middle,
         offset=np.column_stack([half, -half[:, -1]]),
         vertices=_vertices(scene, semi_x, semi_y, length),
@@ -251,7 +252,9 @@ def contacts_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) 
     base = problem.base[solved.designs[d], i]
     psi, gamma = trace.psi[d, i], trace.gamma[d, i]
     theta = 0.5 * (psi[1:] + psi[:-1]) + gamma[1:]
-    x = problem.arm[solved.designs[d]] + np.concatenate([[0.0], np.cumsum(problem.step * np.cos(theta))])
+    x = problem.arm[solved.designs[d]] + np.concatenate(
+        [[0.0], np.cumsum(problem.step * np.cos(theta))]
+    )
     y = np.concatenate([[0.0], np.cumsum(problem.step * np.sin(theta))])
     points = _contact_points(lowered, solved, d, i, x, y)
     force = trace.force[d, i]

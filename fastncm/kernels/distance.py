@@ -33,8 +33,8 @@ def ellipse_distance(a, b, x, y):
         return distance - a, nx, ny, inverse
     u, v = abs(x), abs(y)
     aa, bb = a * a, b * b
-    # F >= 0 at this t, since one of its summands is 1 there; near the surface, the first Newton step
-    # from t = 0 is closer, and never beyond the root either
+    # F >= 0 at this t, since one of its summands is 1 there; near the surface, the first Newton
+    # step from t = 0 is closer, and never beyond the root either
     t = max(a * u - aa, b * v - bb, -min(aa, bb) * (1.0 - 1e-12))
     fx, fy = u / a, v / b
     slope = -2.0 * (fx * fx / aa + fy * fy / bb)
@@ -62,17 +62,17 @@ def ellipse_distance(a, b, x, y):
 
 
 @kernel
-def polygon_distance(vertices, x, y):
-    """Distance to the convex polygon with the `vertices` (V, 2), counter-clockwise."""
+def polygon_distance(vertices, d, x, y):
+    """Distance to the convex polygon with the corners ``vertices[d]`` (V, 2), counter-clockwise."""
     g, nx, ny, curvature = -np.inf, 0.0, 1.0, 0.0
     nearest = np.inf
-    count = vertices.shape[0]
+    count = vertices.shape[1]
     for i in range(count):
         j = i + 1 if i + 1 < count else 0
-        ex, ey = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1]
+        ex, ey = vertices[d, j, 0] - vertices[d, i, 0], vertices[d, j, 1] - vertices[d, i, 1]
         length = np.sqrt(ex * ex + ey * ey)
         ex, ey = ex / length, ey / length
-        dx, dy = x - vertices[i, 0], y - vertices[i, 1]
+        dx, dy = x - vertices[d, i, 0], y - vertices[d, i, 1]
         along, height = dx * ex + dy * ey, dx * ey - dy * ex
         if nearest == np.inf and height > g:  # inside so far: the largest of the (negative) heights
             g, nx, ny = height, ey, -ex
@@ -83,21 +83,24 @@ def polygon_distance(vertices, x, y):
         if distance < nearest:
             g, nx, ny, curvature = height, ey, -ex, 0.0
             if beyond != 0.0:  # nearest to a corner
-                nx, ny = (beyond * ex + height * ey) / distance, (beyond * ey - height * ex) / distance
+                nx, ny = (
+                    (beyond * ex + height * ey) / distance,
+                    (beyond * ey - height * ex) / distance,
+                )
                 g, curvature = distance, 1.0 / distance
             nearest = distance
     return g, nx, ny, curvature
 
 
 @inlined
-def distance(shape, vertices, x, y):
-    """Distance of the point `(x, y)` in the target's frame to its surface.
+def distance(shape, vertices, d, x, y):
+    """Distance of the point `(x, y)` in the target's frame to the surface of target `d`.
 
-    vertices: of a POLYGON (V, 2); the two semi-axes ``[[a, b]]`` of an ELLIPSE. A HALF_PLANE lies
-    below the x axis.
+    vertices: (D, V, 2), the corners of a POLYGON, the two semi-axes ``[[a, b]]`` of an ELLIPSE. A
+    HALF_PLANE lies below the x axis.
     """
     if shape == ELLIPSE:
-        return ellipse_distance(vertices[0, 0], vertices[0, 1], x, y)
+        return ellipse_distance(vertices[d, 0, 0], vertices[d, 0, 1], x, y)
     if shape == POLYGON:
-        return polygon_distance(vertices, x, y)
+        return polygon_distance(vertices, d, x, y)
     return y, 0.0, 1.0, 0.0

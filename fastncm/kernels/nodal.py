@@ -28,16 +28,21 @@ from fastncm.kernels.trig import sincos
 class NodalProblem(NamedTuple):
     """D fingers in direct contact that share the number of intervals N and the shape of target.
 
-    step: (N,) lengths h of the intervals; bending: (D, N) B at midpoints; shear_compliance: (D, N)
-    1 / C, 0 without shear; thickness: (D, N) w / w_clamp at midpoints; offset: (D, N + 2) rho, half
-    the thickness with its sign (positive: left; 0 where the axis touches). vertices: (D, V, 2) of the target (`kernels.distance`); shape: of the target. placement:
-    (D, P, 3) of the target in the base's frame at each position, and motion: (D, P, 3), its
-    derivative by the position; sense: (D,) +1 or -1, in which the positions are passed. mu: (D,).
+    step: (N,) lengths h of the intervals. bending: (D, N) B / h; flexibility: (D, N) h / B;
+    shear_flexibility: (D, N) 1 / (C h), 0 without shear, with B and C at midpoints. thickness: (D,
+    N) w / w_clamp there. offset: (D, N + 2) rho, half the thickness with its sign (positive: left;
+    0 where the axis touches). vertices: (D, V, 2), shape: of the target (`kernels.distance`).
+    positions: (D, P), in the order to solve; placement: (D, P, 3) of the target in the base's frame
+    there; motion: (D, P, 3), its derivative along the way, in the sense in which the path is
+    passed. base: (D, P) direction of the finger's base in space; arm: (D,) from its pivot, the
+    origin, to the clamp. mu: (D,) of sliding friction. left: 1 where the left side touches.
+    printed_section: 1 where psi + gamma turns the section.
     """
 
     step: np.ndarray
     bending: np.ndarray
-    shear_compliance: np.ndarray
+    flexibility: np.ndarray
+    shear_flexibility: np.ndarray
     thickness: np.ndarray
     offset: np.ndarray
     vertices: np.ndarray
@@ -139,33 +144,39 @@ def place_axis(problem, state, size):
         state.y[i] = state.y[i - 1] + problem.step[i - 1] * sin[i]
 
 
+@inlined
+def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
+    """Surface point `k` and its gap to the target at `x`, `y`, turned by an angle of that sine and
+    cosine.
+
+    The gap of an unloaded point that is certainly above `margin` is not worked out: a distance
+    changes by no more than the point moves.
+    """
+    j, offset = node_of(k, problem.step.shape[0]), problem.offset[d, k]
+    state.px[k] = state.x[j] - offset * state.section_sin[j]
+    state.py[k] = state.y[j] + offset * state.section_cos[j]
+    dx, dy = state.px[k] - x, state.py[k] - y
+    qx, qy = turn_cos * dx + turn_sin * dy, turn_cos * dy - turn_sin * dx
+    moved_x, moved_y = qx - state.seen_x[k], qy - state.seen_y[k]
+    bound = state.seen[k] - np.sqrt(moved_x * moved_x + moved_y * moved_y)
+    if bound > margin and state.force[k] == 0.0:
+        state.gap[k], state.nx[k], state.ny[k] = bound, 0.0, 0.0
+        return
+    g, nx, ny, curvature = distance(problem.shape, problem.vertices, d, qx, qy)
+    state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
+    state.gap[k], state.curvature[k] = g, curvature
+    state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
+    if state.stuck[k]:
+        moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]
+        state.slide[k] = moved_y * nx - moved_x * ny
+
+
 @inner
 def place_surface(problem, d, x, y, angle, state, margin):
-    """Surface points and their gaps to the target at the placement `x`, `y`, `angle`.
-
-    The gap of an unloaded point that is certainly above `margin` is not worked out: a distance changes by no more than the
-    point moves.
-    """
-    offset, vertices = problem.offset, problem.vertices[d]
+    """`place_point` of all surface points."""
     turn_sin, turn_cos = np.sin(angle), np.cos(angle)
     for k in range(state.px.shape[0]):
-        j = node_of(k, problem.step.shape[0])
-        state.px[k] = state.x[j] - offset[d, k] * state.section_sin[j]
-        state.py[k] = state.y[j] + offset[d, k] * state.section_cos[j]
-        dx, dy = state.px[k] - x, state.py[k] - y
-        qx, qy = turn_cos * dx + turn_sin * dy, turn_cos * dy - turn_sin * dx
-        moved_x, moved_y = qx - state.seen_x[k], qy - state.seen_y[k]
-        bound = state.seen[k] - np.sqrt(moved_x * moved_x + moved_y * moved_y)
-        if bound > margin and state.force[k] == 0.0:
-            state.gap[k], state.nx[k], state.ny[k] = bound, 0.0, 0.0
-            continue
-        g, nx, ny, curvature = distance(problem.shape, vertices, qx, qy)
-        state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
-        state.gap[k], state.curvature[k] = g, curvature
-        state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
-        if state.stuck[k]:
-            moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]
-            state.slide[k] = moved_y * nx - moved_x * ny
+        place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin)
 
 
 @inlined

@@ -1,16 +1,16 @@
 """What is kept of each solved position of a finger in direct contact.
 
-The error estimate has three parts. A node touches where the target's curve would touch between two:
-the finger is held off by up to an eighth of the second difference of the gaps around the ends of
-the contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, so that
-a contact is moved by their sum along its normal. And what the iteration left. All move the contact
-along its normal; what that does to the force is one pass along the finger.
+The error estimate has three parts. A node touches where the target would touch between two: the
+finger is held off by up to an eighth of the second difference of the gaps around the ends of the
+contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
+moves a contact by their sum. And what the iteration left. What a move of all contacts along their
+normals does to the force is one pass along the finger.
 """
 
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
-from fastncm.kernels.nodal import contact_direction, friction_ratio, node_of
+from fastncm.kernels.nodal import contact_direction, friction_ratio
 from fastncm.sqp.flexibility import carry_back, carry_flexibility
 from fastncm.sqp.surface import kkt_residual, strain_energy
 
@@ -43,7 +43,7 @@ from fastncm.sqp.surface import kkt_residual, strain_energy
 ) = range(24)
 COLUMNS = 24
 
-#: Safety of the error estimate, compared with the true error in tests/path/test_surface_estimate.py.
+#: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
 SAFETY = 2.0
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
 ALGEBRAIC, FORCE_ROUNDING = 10.0, 1e-12
@@ -57,43 +57,12 @@ def velocity(motion, x, y, px, py):
 
 
 @inner
-def rates(problem, d, motion, x, y, work):
-    """Derivatives of the solved state as the target moves by `motion` (3,), left in ``work.chain``;
-    contacts held.
-
-    Returns the excess of negative pivots: 0 where the state is a minimum.
-    """
-    state, chain = work.state, work.chain
-    mu = problem.mu[d]
-    for k in range(state.force.shape[0]):
-        chain.touching[k] = state.force[k] > 0.0
-        if not chain.touching[k]:
-            continue
-        j = node_of(k, problem.step.shape[0])
-        vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
-        nx, ny = state.nx[k], state.ny[k]
-        qx, qy = contact_direction(state, k, mu)
-        back = ny * vx - nx * vy  # -(t . v)
-        push = state.force[k] * (motion[2] + state.curvature[k] * back)
-        arm_x, arm_y = state.px[k] - state.x[j], state.py[k] - state.y[j]
-        chain.source[k, 0], chain.source[k, 1] = -push * qy, push * qx
-        chain.source[k, 2] = push * (arm_x * qx + arm_y * qy)
-        chain.right[k] = -(nx * vx + ny * vy)
-        chain.right_slide[k] = back
-    excess = carry_flexibility(problem, d, state, chain, work.size[0], 0.0)
-    carry_back(problem, d, state, chain, work.size[0], 0.0)
-    return excess
-
-
-@inner
 def _stiffness(problem, d, work):
     """Change of the sum of normal forces per unit by which all contacts are moved along their
     normals."""
     state, chain = work.state, work.chain
     for k in range(state.force.shape[0]):
         chain.touching[k] = state.force[k] > 0.0
-        chain.source[k, 0], chain.source[k, 1], chain.source[k, 2] = 0.0, 0.0, 0.0
-        chain.right[k], chain.right_slide[k] = -1.0, 0.0
     carry_flexibility(problem, d, state, chain, work.size[0], 0.0)
     carry_back(problem, d, state, chain, work.size[0], 0.0)
     total = 0.0
@@ -145,7 +114,11 @@ def measure(problem, d, i, x, y, work, row):
         friction += force * abs(friction_ratio(state, k, mu))
         contacts += 1
         sticking += 1 if state.stuck[k] else 0
-        s_mean, x_mean, y_mean = s_mean + force * s, x_mean + force * state.px[k], y_mean + force * state.py[k]
+        s_mean, x_mean, y_mean = (
+            s_mean + force * s,
+            x_mean + force * state.px[k],
+            y_mean + force * state.py[k],
+        )
         first = s if first < 0.0 else first
         last = s
     row[CONTACTS], row[STICKING] = contacts, sticking
@@ -161,7 +134,10 @@ def measure(problem, d, i, x, y, work, row):
         row[X_MEAN] = turn_cos * x_mean - turn_sin * y_mean
         row[Y_MEAN] = turn_sin * x_mean + turn_cos * y_mean
     tip_x, tip_y = problem.arm[d] + state.x[intervals], state.y[intervals]
-    row[TIP_X], row[TIP_Y] = turn_cos * tip_x - turn_sin * tip_y, turn_sin * tip_x + turn_cos * tip_y
+    row[TIP_X], row[TIP_Y] = (
+        turn_cos * tip_x - turn_sin * tip_y,
+        turn_sin * tip_x + turn_cos * tip_y,
+    )
     row[TIP_ANGLE] = problem.base[d, i] + state.psi[intervals]
     row[ENERGY] = strain_energy(problem, d, state, work.size[0])
     row[STRAIN] = 0.0

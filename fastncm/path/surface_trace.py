@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import driver, inlined, inner
-from fastncm.kernels.nodal import Nodal, contact_direction, make_nodal, place_axis, place_surface
+from fastncm.kernels.nodal import (
+    Nodal,
+    contact_direction,
+    make_nodal,
+    place_axis,
+    place_point,
+    place_surface,
+)
 from fastncm.path import surface_rows as rows
 from fastncm.path.slip import anchor, choose_senses, regrip
 from fastncm.sqp import status
@@ -50,12 +57,16 @@ def make_surface_trace(designs: int, positions: int, intervals: int, shapes: boo
 
 
 class Walk(NamedTuple):
-    """One finger on its way. work: state and solver; straight: the finger without contact; kept:
-    the last solved state. place: (3,) of the target there; move: (3,) from there to the goal."""
+    """One finger on its way.
+
+    work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
+    kept: the last solved state. place: (3,) of the target there; move: (3,) from there to the goal.
+    """
 
     work: SurfaceWork
     straight: Nodal
     kept: Nodal
+    deepest: np.ndarray
     place: np.ndarray
     move: np.ndarray
 
@@ -67,6 +78,7 @@ def make_walk(intervals):
         make_surface_work(intervals),
         make_nodal(intervals),
         make_nodal(intervals),
+        np.ones(1, np.int64),
         np.zeros(3),
         np.zeros(3),
     )
@@ -97,16 +109,29 @@ def _straighten(walk):
 
 
 @inner
-def straight_gap(problem, d, x, y, angle, straight):
-    """Smallest gap of the undeformed finger to the target, its clamped section left out.
+def is_free(problem, d, x, y, angle, walk):
+    """True where the undeformed finger does not overlap the target, its clamped section left out.
 
-    Where it is not negative there is no contact: straight is the minimum of the energy.
+    Then there is no contact: straight is the minimum of the energy. The point that was deepest the
+    last time is looked at first.
     """
+    straight = walk.straight
+    turn_sin, turn_cos = np.sin(angle), np.cos(angle)
+    place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
+    if straight.gap[walk.deepest[0]] < -ROUNDING:
+        return False
     place_surface(problem, d, x, y, angle, straight, 0.0)
-    smallest = np.inf
     for k in range(1, straight.gap.shape[0]):
-        smallest = min(smallest, straight.gap[k])
-    return smallest
+        if straight.gap[k] < straight.gap[walk.deepest[0]]:
+            walk.deepest[0] = k
+    return straight.gap[walk.deepest[0]] >= -ROUNDING
+
+
+@inner
+def _base_overlap(problem, d, x, y, angle, straight):
+    """How deep the side of the clamped section lies in the target."""
+    place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
+    return -straight.gap[0]
 
 
 @inner
@@ -175,7 +200,7 @@ def _set_aside(problem, d, goal, side, walk):
     reach, clear = 0.0, 0.0
     while reach < _FARTHEST:
         reach = 2.0 * reach + 0.05
-        if straight_gap(problem, d, goal[0], goal[1] + side * reach, goal[2], walk.straight) >= 0.0:
+        if is_free(problem, d, goal[0], goal[1] + side * reach, goal[2], walk):
             clear = reach
             break
     if clear == 0.0:
@@ -183,7 +208,7 @@ def _set_aside(problem, d, goal, side, walk):
     touching = 0.0
     for _ in range(40):
         reach = 0.5 * (clear + touching)
-        if straight_gap(problem, d, goal[0], goal[1] + side * reach, goal[2], walk.straight) >= 0.0:
+        if is_free(problem, d, goal[0], goal[1] + side * reach, goal[2], walk):
             clear = reach
         else:
             touching = reach
@@ -221,10 +246,9 @@ def _trace_one(problem, d, walk, tolerance, trace):
     for i in range(problem.positions.shape[1]):
         goal = problem.placement[d, i]
         row = trace.rows[d, i]
-        gap = straight_gap(problem, d, goal[0], goal[1], goal[2], walk.straight)
-        overlap = -walk.straight.gap[0]
-        if overlap > ROUNDING or gap >= -ROUNDING:
-            free = overlap <= ROUNDING
+        overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
+        free = overlap <= ROUNDING
+        if not free or is_free(problem, d, goal[0], goal[1], goal[2], walk):
             result = status.NO_CONTACT if free else status.INFEASIBLE
             _free_row(problem, d, i, result, 0.0 if free else overlap, row)
             _straighten(walk)
@@ -240,7 +264,8 @@ def _trace_one(problem, d, walk, tolerance, trace):
             _straighten(walk)
             mu = 0.0
             if not _set_aside(problem, d, goal, side, walk):
-                _free_row(problem, d, i, status.INFEASIBLE, -gap, row)
+                deepest = -walk.straight.gap[walk.deepest[0]]
+                _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
                 continue
         result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
         if result == status.CONVERGED and mu != problem.mu[d]:

@@ -33,9 +33,8 @@ class Chain(NamedTuple):
 
     turn: (N + 1, 5): of theta in each interval, its step m, the row of its flexibility (3), 1 /
     pivot. terms: (K, 4, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
-    dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark: (K,)
-    bool, the working set and its change. source: (K, 3): forces on the nodes from outside, and
-    right, right_slide: (K,) what gap and slide change by (instead of the finger's own, for rates).
+    dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark:
+    (K,) bool, the working set and its change.
     """
 
     turn: np.ndarray
@@ -49,9 +48,6 @@ class Chain(NamedTuple):
     gap: np.ndarray
     touching: np.ndarray
     mark: np.ndarray
-    source: np.ndarray
-    right: np.ndarray
-    right_slide: np.ndarray
 
 
 @driver
@@ -70,9 +66,6 @@ def make_chain(intervals):
         np.zeros(k),
         np.zeros(k, np.bool_),
         np.zeros(k, np.bool_),
-        np.zeros((k, 3)),
-        np.zeros(k),
-        np.zeros(k),
     )
 
 
@@ -179,8 +172,8 @@ _TURN = (0.0, 0.0, 1.0)
 def carry_flexibility(problem, d, state, chain, size, own):
     """The way from the clamp to node `size`.
 
-    own: 1 for a Newton step; 0 for the answer to `source` and `right` alone (rates). Returns the
-    excess of negative pivots, 0 at a minimum.
+    own: 1 for a Newton step; 0 for the answer to a target that comes nearer by 1 at all contacts.
+    Returns the excess of negative pivots, 0 at a minimum.
     """
     intervals = problem.step.shape[0]
     points = state.px.shape[0]
@@ -190,8 +183,7 @@ def carry_flexibility(problem, d, state, chain, size, own):
     excess = 0
     for i in range(1, size + 1):
         h = problem.step[i - 1]
-        bend = h / problem.bending[d, i - 1]
-        shear = problem.shear_compliance[d, i - 1] / h
+        bend, shear = problem.flexibility[d, i - 1], problem.shear_flexibility[d, i - 1]
         turned = state.psi[i - 1] - state.psi[i]  # what the interval would turn if left alone
         sheared = -state.gamma[i]
         along_x, along_y = -h * state.sin[i], h * state.cos[i]
@@ -224,21 +216,17 @@ def carry_flexibility(problem, d, state, chain, size, own):
             if force == 0.0 and not chain.touching[p]:
                 continue
             c, b, a, e, arm = _contact_terms(state, p, i, mu)
-            if own == 0.0:
-                source = (chain.source[p, 0], chain.source[p, 1], chain.source[p, 2])
-                pushed = _columns(s, source)
-                m = (m[0] + pushed[0], m[1] + pushed[1], m[2] + pushed[2])
             if force != 0.0:
                 s, m, n = _term(s, m, e, b, -force * state.curvature[p], chain.terms[p, _NORMAL])
                 excess += n
                 s, m, n = _term(s, m, _TURN, _TURN, force * arm, chain.terms[p, _ARM])
                 excess += n
             if chain.touching[p]:
-                gap = state.gap[p] if own == 1.0 else chain.right[p]
+                gap = state.gap[p] if own == 1.0 else -1.0
                 s, m, n = _hold(s, m, a, c, gap, chain.terms[p, _CONTACT])
                 excess += n
                 if state.stuck[p]:
-                    slide = state.slide[p] if own == 1.0 else chain.right_slide[p]
+                    slide = state.slide[p] if own == 1.0 else 0.0
                     s, m, n = _hold(s, m, b, b, slide, chain.terms[p, _GRIP])
                     excess += n
     return excess
@@ -271,19 +259,10 @@ def carry_back(problem, d, state, chain, size, own):
                 f = (f[0], f[1], f[2] - force * arm * _answer(chain.terms[p, _ARM], f))
                 k = force * state.curvature[p] * _answer(chain.terms[p, _NORMAL], f)
                 f = (f[0] + k * e[0], f[1] + k * e[1], f[2] + k * e[2])
-            if own == 0.0:
-                f = (
-                    f[0] + chain.source[p, 0],
-                    f[1] + chain.source[p, 1],
-                    f[2] + chain.source[p, 2],
-                )
         h = problem.step[i - 1]
         k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
-        couple = (
-            h * (state.cos[i] * f[1] - state.sin[i] * f[0]) - k * _answer(chain.turn[i], f)
-        )
-        bend = h / problem.bending[d, i - 1]
-        shear = problem.shear_compliance[d, i - 1] / h
+        couple = h * (state.cos[i] * f[1] - state.sin[i] * f[0]) - k * _answer(chain.turn[i], f)
+        bend, shear = problem.flexibility[d, i - 1], problem.shear_flexibility[d, i - 1]
         turned = own * (state.psi[i - 1] - state.psi[i]) + bend * (0.5 * couple + f[2])
         chain.dpsi[i] = turned  # of the interval; summed below
         chain.dgamma[i] = -own * state.gamma[i] + shear * couple
@@ -296,5 +275,8 @@ def carry_back(problem, d, state, chain, size, own):
         chain.dy[i] = chain.dy[i - 1] + h * state.cos[i] * turn
         for p in range(i, points if i == intervals else i + 1):
             arm_x, arm_y = state.px[p] - state.x[i], state.py[p] - state.y[i]
-            moved_x, moved_y = chain.dx[i] - arm_y * chain.dpsi[i], chain.dy[i] + arm_x * chain.dpsi[i]
+            moved_x, moved_y = (
+                chain.dx[i] - arm_y * chain.dpsi[i],
+                chain.dy[i] + arm_x * chain.dpsi[i],
+            )
             chain.gap[p] = state.gap[p] + state.nx[p] * moved_x + state.ny[p] * moved_y

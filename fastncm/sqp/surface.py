@@ -26,7 +26,7 @@ from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
 #: Error of a gap in finger lengths that is due to rounding.
 ROUNDING = 1e-15
 #: Points closer to the target than this (finger lengths) take part in the subproblem.
-_NEAR = 0.02
+_NEAR = 0.01
 #: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
 _ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
 #: Step length at which the line search gives up.
@@ -69,15 +69,14 @@ def make_surface_work(intervals):
 @inlined
 def _moment(problem, d, state, i):
     """Bending moment of interval `i`, ``B psi'``."""
-    bent = state.psi[i] - state.psi[i - 1]
-    return problem.bending[d, i - 1] / problem.step[i - 1] * bent
+    return problem.bending[d, i - 1] * (state.psi[i] - state.psi[i - 1])
 
 
 @inlined
 def _shear_force(problem, d, state, i):
-    """Shear force of interval `i`, ``C gamma``; 0 without shear."""
-    compliance = problem.shear_compliance[d, i - 1]
-    return state.gamma[i] / compliance if compliance > 0.0 else 0.0
+    """Shear force of interval `i` times its length, ``C h gamma``; 0 without shear."""
+    flexibility = problem.shear_flexibility[d, i - 1]
+    return state.gamma[i] / flexibility if flexibility > 0.0 else 0.0
 
 
 @inner
@@ -86,7 +85,7 @@ def strain_energy(problem, d, state, size):
     energy = 0.0
     for i in range(1, size + 1):
         energy += 0.5 * _moment(problem, d, state, i) * (state.psi[i] - state.psi[i - 1])
-        energy += 0.5 * problem.step[i - 1] * _shear_force(problem, d, state, i) * state.gamma[i]
+        energy += 0.5 * _shear_force(problem, d, state, i) * state.gamma[i]
     return energy
 
 
@@ -96,7 +95,7 @@ def energy_slope(problem, d, state, chain, size):
     slope = 0.0
     for i in range(1, size + 1):
         slope += _moment(problem, d, state, i) * (chain.dpsi[i] - chain.dpsi[i - 1])
-        slope += problem.step[i - 1] * _shear_force(problem, d, state, i) * chain.dgamma[i]
+        slope += _shear_force(problem, d, state, i) * chain.dgamma[i]
     return slope
 
 
@@ -126,11 +125,11 @@ def kkt_residual(problem, d, state, size):
         moment = max(moment, abs(bent), abs(state.moment[i]))
         slack = max(slack, abs(bent - state.moment[i]))
         across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i]
-        sheared = problem.shear_compliance[d, i - 1] * across
+        sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
         sheared_slack = max(sheared_slack, abs(state.gamma[i] - sheared))
         energy += bent * (state.psi[i] - state.psi[i - 1])
-        energy += problem.step[i - 1] * _shear_force(problem, d, state, i) * state.gamma[i]
+        energy += _shear_force(problem, d, state, i) * state.gamma[i]
     residual = max(slack / moment, sheared_slack / shear)
     deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
     for k in range(1, state.force.shape[0]):
@@ -153,22 +152,19 @@ def _penetration(state):
 
 
 @inner
-def _choose_size(problem, d, x, y, angle, work):
-    """Set the last node that takes part in the next subproblem. Returns the number of candidates.
+def _choose_size(problem, state, size):
+    """The surface points and nodes that take part in the next subproblem: ``(points, last node)``.
+
+    Nodes that take part stay, beyond them the finger is straight.
     """
-    state = work.state
     candidates = 2
     for k in range(1, state.gap.shape[0]):
         if state.gap[k] <= _NEAR or state.force[k] != 0.0:
             candidates = k + 1
-    size = node_of(candidates - 1, problem.step.shape[0])
-    if size < work.size[0]:
-        work.size[0] = size
-        evaluate(problem, d, x, y, angle, work)
-    for i in range(work.size[0] + 1, size + 1):
+    last = max(size, node_of(candidates - 1, problem.step.shape[0]))
+    for i in range(size + 1, last + 1):
         state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
-    work.size[0] = size
-    return candidates
+    return candidates, last
 
 
 @inner
@@ -194,11 +190,16 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
     """
     state, chain = work.state, work.chain
+    last = 1
+    for k in range(1, state.force.shape[0]):
+        if state.force[k] != 0.0:
+            last = node_of(k, problem.step.shape[0])
+    work.size[0] = last
     evaluate(problem, d, x, y, angle, work)
     penalty, residual = 0.0, np.inf
     for iteration in range(most + 1):
-        candidates = _choose_size(problem, d, x, y, angle, work)
-        size = work.size[0]
+        candidates, size = _choose_size(problem, state, work.size[0])
+        work.size[0] = size
         residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:
             return status.CONVERGED, iteration, residual
