@@ -96,7 +96,7 @@ def surface_curve_columns(
 
 def _advice(picked: Array, number: Array, length: Array) -> Array:
     """What to do about each row (C, P), with the figures that are at hand; mostly nothing."""
-    advice = _ADVICE[number]
+    advice: Array = _ADVICE[number]
     for case, place in zip(*np.nonzero(number == status.INFEASIBLE), strict=True):
         overlap = picked[case, place, rows.OVERLAP] * length[case, 0]
         if overlap > 0.0:
