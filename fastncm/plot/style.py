@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fastncm.scene import Scene, unit_of
+from fastncm.scene.kinds import is_number
 
 DOTS_PER_INCH = 150
 GREY = "0.55"
@@ -107,9 +108,11 @@ def title(name: str) -> str:
 
 def value_label(name: str, value: object) -> str:
     """One value of a quantity for a legend, with its unit."""
-    if isinstance(value, str | bool | tuple | list):
+    numbers = value if isinstance(value, tuple | list) else (value,)
+    if not all(map(is_number, numbers)):
         return f"{name} = {value}"
-    return f"{float(shown(name, value)):.4g} {_display(name)[1]}".strip()
+    words = ", ".join(f"{number:.4g}" for number in np.ravel(shown(name, numbers)))
+    return f"{words if len(numbers) == 1 else f'({words})'} {_display(name)[1]}".strip()
 
 
 def sequence_colours(n: int) -> Sequence[tuple[float, float, float, float]]:
