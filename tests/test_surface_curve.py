@@ -191,6 +191,15 @@ def test_touch_and_peak_of_a_wall() -> None:
     assert events["insertion_force_N"][0] < 1e-4 * curve.peak.insertion_force_N
 
 
+def test_a_path_may_start_at_the_touch() -> None:
+    wall = fastncm.solve(RUBBER.replace(PLANE | {"path.start": "touch", "path.steps": 10}))
+    tip = (0.0254 + 0.1524) * math.cos(1.3) + 0.0085 * math.sin(1.3)
+    frame = wall.frame()
+    assert frame["position"].iloc[0] == pytest.approx(tip, abs=1e-12)
+    assert (frame["status"].iloc[1:] == "converged").all()
+    assert (frame["insertion_force_N"].iloc[1:] > 0).all()
+
+
 def test_never_touching_is_a_result() -> None:
     curve = fastncm.solve(RUBBER.replace({"path.y": 0.5}))
     assert curve.status == "no_contact"
