@@ -134,18 +134,22 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     else:
         path = np.asarray(positions)[None, :] / (np.ones(count) if turns else length)[:, None]
     path = np.ascontiguousarray(np.broadcast_to(path, (count, path.shape[1])))
+    vertices = _vertices(scene, semi_x, semi_y, length)
     base = path if turns else np.broadcast_to(path_angle[:, None], path.shape)
     x = path_x[:, None] + speed[:, None] * (path - 0.5 * np.pi) if turns else path
     placement, motion = _placements(base, x, y, tilt, offset, speed if turns else 1.0, turns)
     motion *= np.sign(stop - start)[:, None, None]
     return NodalProblem(
         step=np.full(intervals, 1.0 / intervals),
+        arc=s,
         bending=middle**3 * intervals,
         flexibility=1.0 / (middle**3 * intervals),
         shear_flexibility=shear[:, None] / middle * intervals,
         thickness=middle,
         offset=np.column_stack([half, -half[:, -1]]),
-        vertices=_vertices(scene, semi_x, semi_y, length),
+        nodes_touch=int(scene.solver.contact != "points-on-target"),
+        points=_target_points(scene, vertices),
+        vertices=vertices,
         shape=_SHAPES[scene.target.shape],
         positions=path,
         placement=placement,
@@ -174,6 +178,28 @@ def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Arra
     if scene.target.vertices is not None:
         return np.array(scene.target.vertices)[None] / length[:, None, None]
     return np.ascontiguousarray(np.column_stack([semi_x, semi_y])[:, None, :])
+
+
+def _target_points(scene: Scene, vertices: Array) -> Array:
+    """Points (D, M, 2) of the target that are contact points: `solver.points` all around it (10b),
+    or, where the finger's nodes are (10a), what is sharper than the finger: a polygon's corners."""
+    shape = scene.target.shape
+    if scene.solver.contact != "points-on-target":
+        sharp = shape == "polygon" and scene.solver.contact == "closest"
+        return np.ascontiguousarray(vertices[:, : vertices.shape[1] if sharp else 0])
+    fraction = np.arange(scene.solver.points) / scene.solver.points
+    if shape == "half-plane":  # as far as the finger reaches to both sides
+        along = 4.0 * fraction - 2.0
+        points = np.stack([along, np.zeros_like(along)], axis=-1)
+        return np.broadcast_to(points, (len(vertices), *points.shape)).copy()
+    if shape == "polygon":
+        corners = len(vertices[0])
+        at = fraction * corners
+        low = at.astype(np.int64)
+        share = (at - low)[None, :, None]
+        return (1.0 - share) * vertices[:, low] + share * vertices[:, (low + 1) % corners]
+    angle = 2.0 * np.pi * fraction
+    return vertices * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[None]
 
 
 def _placements(
@@ -210,37 +236,33 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
         arrays = {
             name: getattr(everything, name)[chosen]
             for name in NodalProblem._fields
-            if isinstance(getattr(everything, name), np.ndarray) and name != "step"
+            if isinstance(getattr(everything, name), np.ndarray) and name not in ("step", "arc")
         }
         problem = everything._replace(**arrays)
-        designs, positions = problem.positions.shape
-        trace = make_surface_trace(designs, positions, len(problem.step), shapes)
+        trace = make_surface_trace(problem, shapes)
         trace_surfaces(problem, tolerance, trace)
-        yield SolvedSurface(np.arange(first, first + designs), trace)
+        yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)
 
 
 def finger_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) -> dict[str, Array]:
     """The finger `d` of `solved` at position `i` in space, dimensionless: s, x, y, psi, gamma,
     moment (N + 1,) at its nodes; needs the shapes."""
-    problem, trace = lowered.problem, solved.trace
-    psi, gamma, design = trace.psi[d, i], trace.gamma[d, i], solved.designs[d]
-    theta = 0.5 * (psi[1:] + psi[:-1]) + gamma[1:]
+    problem, trace, design = lowered.problem, solved.trace, solved.designs[d]
+    psi, gamma, contact = trace.psi[d, i], trace.gamma[d, i], trace.contact[d, i]
     base, arm = problem.base[design, i], problem.arm[design]
-    s = np.concatenate([[0.0], np.cumsum(problem.step)])
-    x = arm + np.concatenate([[0.0], np.cumsum(problem.step * np.cos(theta))])
+    theta = 0.5 * (psi[1:] + psi[:-1]) + gamma[1:]
+    x = np.concatenate([[0.0], np.cumsum(problem.step * np.cos(theta))])
     y = np.concatenate([[0.0], np.cumsum(problem.step * np.sin(theta))])
-    points = _contact_points(lowered, solved, d, i, x, y)
-    force = trace.force[d, i]
-    # moment about each node of the forces on nodes beyond it
-    node = np.minimum(np.arange(len(force)), len(s) - 1)
-    beyond = node[None, :] > np.arange(len(s))[:, None]
-    arm_x, arm_y = points[None, :, 0] - x[:, None], points[None, :, 1] - y[:, None]
-    moment = (beyond * (arm_x * force[:, 1] - arm_y * force[:, 0])).sum(axis=1)
+    # the moment about each node of the forces that act beyond it
+    at, px, py, fx, fy = contact[contact[:, 3:].any(axis=1)].T
+    turn = (px - x[:, None]) * fy - (py - y[:, None]) * fx
+    moment = np.where(at > problem.arc[:, None], turn, 0.0).sum(axis=1)
     between = np.concatenate([gamma[1:2], 0.5 * (gamma[1:-1] + gamma[2:]), gamma[-1:]])
+    x_space, y_space = _in_space(base, arm + x, y)
     return {
-        "s": s,
-        "x": np.cos(base) * x - np.sin(base) * y,
-        "y": np.sin(base) * x + np.cos(base) * y,
+        "s": problem.arc,
+        "x": x_space,
+        "y": y_space,
         "psi": base + psi,
         "gamma": between,
         "moment": moment,
@@ -250,36 +272,15 @@ def finger_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) ->
 def contacts_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) -> dict[str, Array]:
     """The k touching points of finger `d` of `solved` at position `i` in space, dimensionless: s,
     x, y, force_x, force_y (k,); needs the shapes."""
-    problem, trace = lowered.problem, solved.trace
-    base = problem.base[solved.designs[d], i]
-    psi, gamma = trace.psi[d, i], trace.gamma[d, i]
-    theta = 0.5 * (psi[1:] + psi[:-1]) + gamma[1:]
-    x = problem.arm[solved.designs[d]] + np.concatenate(
-        [[0.0], np.cumsum(problem.step * np.cos(theta))]
-    )
-    y = np.concatenate([[0.0], np.cumsum(problem.step * np.sin(theta))])
-    points = _contact_points(lowered, solved, d, i, x, y)
-    force = trace.force[d, i]
-    touching = np.flatnonzero(force.any(axis=1))
-    s = np.concatenate([[0.0], np.cumsum(problem.step), [1.0]])
-    cos, sin = np.cos(base), np.sin(base)
-    return {
-        "s": s[touching],
-        "x": (cos * points[:, 0] - sin * points[:, 1])[touching],
-        "y": (sin * points[:, 0] + cos * points[:, 1])[touching],
-        "force_x": (cos * force[:, 0] - sin * force[:, 1])[touching],
-        "force_y": (sin * force[:, 0] + cos * force[:, 1])[touching],
-    }
+    problem, design = lowered.problem, solved.designs[d]
+    contact = solved.trace.contact[d, i]
+    s, px, py, fx, fy = contact[contact[:, 3:].any(axis=1)].T
+    base = problem.base[design, i]
+    x, y = _in_space(base, problem.arm[design] + px, py)
+    force_x, force_y = _in_space(base, fx, fy)
+    return {"s": s, "x": x, "y": y, "force_x": force_x, "force_y": force_y}
 
 
-def _contact_points(
-    lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int, x: Array, y: Array
-) -> Array:
-    """Surface points (K, 2) of a finger whose nodes lie at `x`, `y` (N + 1,), in the base's
-    frame from the pivot."""
-    offset = lowered.problem.offset[solved.designs[d]]
-    turn = solved.trace.psi[d, i] + lowered.problem.printed_section * solved.trace.gamma[d, i]
-    node = np.minimum(np.arange(len(offset)), len(x) - 1)
-    return np.column_stack(
-        [x[node] - offset * np.sin(turn[node]), y[node] + offset * np.cos(turn[node])]
-    )
+def _in_space(base: float, x: Array, y: Array) -> tuple[Array, Array]:
+    """Vectors of the base's frame in space."""
+    return np.cos(base) * x - np.sin(base) * y, np.sin(base) * x + np.cos(base) * y

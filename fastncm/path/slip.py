@@ -17,7 +17,12 @@ _SLIP_ROUNDING, _CONE_ROUNDING = 1e-13, 1e-10
 
 @inlined
 def _slip(state, kept, motion, x, y, k):
-    """How far the target has moved along the finger at point `k` since the last solved state."""
+    """How far the target has moved along the finger at point `k` since the last solved state, in
+    the sense of t."""
+    if k > state.first.shape[0]:  # a point of the target
+        j = state.node[k]
+        across = state.section_sin[j] * state.nx[k] - state.section_cos[j] * state.ny[k]
+        return (state.seen_x[k] - kept.seen_x[k]) * across
     vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
     dx, dy = vx - (state.px[k] - kept.px[k]), vy - (state.py[k] - kept.py[k])
     return dy * state.nx[k] - dx * state.ny[k]

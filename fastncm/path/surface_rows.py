@@ -76,8 +76,9 @@ def _estimate(problem, d, work, normal, residual):
     """Estimated relative error of the contact force."""
     state = work.state
     intervals = problem.step.shape[0]
+    first, beyond = (1, intervals) if problem.nodes_touch else (intervals + 3, len(state.gap) - 1)
     held_off = 0.0
-    for k in range(1, intervals):
+    for k in range(first, beyond):
         if state.force[k] > 0.0:
             bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
             held_off = max(held_off, 0.125 * abs(bend))
@@ -92,17 +93,18 @@ def _estimate(problem, d, work, normal, residual):
 
 @inner
 def measure(problem, d, i, x, y, work, row):
-    """Fill the row of the solved position `i` of finger `d`, the target at `x`, `y`; overwrites
-    `chain`."""
+    """Fill the row of the solved position `i` of finger `d`, the target at `x`, `y`.
+
+    ``work.chain`` is overwritten.
+    """
     state, mu = work.state, problem.mu[d]
     intervals = problem.step.shape[0]
     turn_cos, turn_sin = np.cos(problem.base[d, i]), np.sin(problem.base[d, i])
     fx, fy, normal, friction, rate, s_mean, x_mean, y_mean = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    contacts, sticking, first, last, s = 0, 0, -1.0, -1.0, 0.0
+    contacts, sticking, first, last = 0, 0, np.inf, -np.inf
     motion = problem.motion[d, i, 0], problem.motion[d, i, 1], problem.motion[d, i, 2]
     for k in range(state.force.shape[0]):
-        if 0 < k <= intervals:
-            s += problem.step[k - 1]
+        s = problem.arc[state.node[k]] if k <= intervals + 1 else state.seen_x[k]
         force = state.force[k]
         if force <= 0.0:
             continue
@@ -119,8 +121,7 @@ def measure(problem, d, i, x, y, work, row):
             x_mean + force * state.px[k],
             y_mean + force * state.py[k],
         )
-        first = s if first < 0.0 else first
-        last = s
+        first, last = min(first, s), max(last, s)
     row[CONTACTS], row[STICKING] = contacts, sticking
     row[FORCE_X], row[FORCE_Y] = turn_cos * fx - turn_sin * fy, turn_sin * fx + turn_cos * fy
     row[NORMAL], row[FRICTION], row[WORK_RATE] = normal, friction, rate

@@ -7,6 +7,7 @@ import numpy as np
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.nodal import (
     Nodal,
+    NodalProblem,
     contact_direction,
     make_nodal,
     place_axis,
@@ -30,27 +31,30 @@ _FARTHEST = 64.0
 
 
 class SurfaceTrace(NamedTuple):
-    """Solved paths, dimensionless. rows: (D, P, surface_rows.COLUMNS). psi, gamma: (D, P, N + 1)
-    and force: (D, P, K, 2), on the finger at its surface points, in the base's frame; with no
-    entries where they are not kept. solves: (1,) shapes solved, passes: (1,) along a finger.
+    """Solved paths, dimensionless.
+
+    rows: (D, P, surface_rows.COLUMNS). psi, gamma: (D, P, N + 1) and contact: (D, P, K, 5), s,
+    place and force on the finger of the contact points, in the base's frame; with no entries where
+    they are not kept. solves: (1,) shapes solved; passes: (1,) along a finger.
     """
 
     rows: np.ndarray
     psi: np.ndarray
     gamma: np.ndarray
-    force: np.ndarray
+    contact: np.ndarray
     solves: np.ndarray
     passes: np.ndarray
 
 
-def make_surface_trace(designs: int, positions: int, intervals: int, shapes: bool) -> SurfaceTrace:
+def make_surface_trace(problem: NodalProblem, shapes: bool) -> SurfaceTrace:
     """Room for the results; `shapes`: whether these are kept."""
-    kept = positions if shapes else 0
+    designs, positions = problem.positions.shape
+    nodes, kept = len(problem.arc), positions if shapes else 0
     return SurfaceTrace(
         np.zeros((designs, positions, rows.COLUMNS)),
-        np.zeros((designs, kept, intervals + 1)),
-        np.zeros((designs, kept, intervals + 1)),
-        np.zeros((designs, kept, intervals + 2, 2)),
+        np.zeros((designs, kept, nodes)),
+        np.zeros((designs, kept, nodes)),
+        np.zeros((designs, kept, nodes + 1 + problem.points.shape[1], 5)),
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
     )
@@ -72,12 +76,12 @@ class Walk(NamedTuple):
 
 
 @driver
-def make_walk(intervals):
+def make_walk(problem):
     """Room for a walk."""
     return Walk(
-        make_surface_work(intervals),
-        make_nodal(intervals),
-        make_nodal(intervals),
+        make_surface_work(problem),
+        make_nodal(problem),
+        make_nodal(problem),
         np.ones(1, np.int64),
         np.zeros(3),
         np.zeros(3),
@@ -92,7 +96,7 @@ def _copy_state(source, target):
         target.force[k], target.shear[k] = source.force[k], source.shear[k]
         target.along[k], target.stuck[k] = source.along[k], source.stuck[k]
         target.anchor_x[k], target.anchor_y[k] = source.anchor_x[k], source.anchor_y[k]
-        target.px[k], target.py[k] = source.px[k], source.py[k]
+        target.px[k], target.py[k], target.node[k] = source.px[k], source.py[k], source.node[k]
         target.seen_x[k], target.seen_y[k], target.seen[k] = (
             source.seen_x[k],
             source.seen_y[k],
@@ -117,9 +121,10 @@ def is_free(problem, d, x, y, angle, walk):
     """
     straight = walk.straight
     turn_sin, turn_cos = np.sin(angle), np.cos(angle)
-    place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
-    if straight.gap[walk.deepest[0]] < -ROUNDING:
-        return False
+    if problem.nodes_touch and walk.deepest[0] < problem.arc.shape[0] + 1:
+        place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
+        if straight.gap[walk.deepest[0]] < -ROUNDING:
+            return False
     place_surface(problem, d, x, y, angle, straight, 0.0)
     for k in range(1, straight.gap.shape[0]):
         if straight.gap[k] < straight.gap[walk.deepest[0]]:
@@ -295,9 +300,14 @@ def _store_shape(problem, d, i, state, trace):
     for j in range(state.psi.shape[0]):
         trace.psi[d, i, j], trace.gamma[d, i, j] = state.psi[j], state.gamma[j]
     for k in range(state.force.shape[0]):
+        if state.force[k] == 0.0:
+            continue
+        own = k <= problem.arc.shape[0]
         qx, qy = contact_direction(state, k, problem.mu[d])
-        trace.force[d, i, k, 0] = state.force[k] * qx
-        trace.force[d, i, k, 1] = state.force[k] * qy
+        trace.contact[d, i, k, 0] = problem.arc[state.node[k]] if own else state.seen_x[k]
+        trace.contact[d, i, k, 1], trace.contact[d, i, k, 2] = state.px[k], state.py[k]
+        trace.contact[d, i, k, 3] = state.force[k] * qx
+        trace.contact[d, i, k, 4] = state.force[k] * qy
 
 
 @driver
@@ -306,6 +316,6 @@ def trace_surfaces(problem, tolerance, trace):
 
     What does not converge is a row with a status; the next position is approached afresh.
     """
-    walk = make_walk(problem.step.shape[0])
+    walk = make_walk(problem)
     for d in range(problem.positions.shape[0]):
         _trace_one(problem, d, walk, tolerance, trace)

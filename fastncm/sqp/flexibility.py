@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import driver, inlined, inner
-from fastncm.kernels.nodal import friction_ratio
+from fastncm.kernels.nodal import friction_ratio, next_contact
 
 #: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself, and
 #: the grip of one that sticks.
@@ -34,7 +34,7 @@ class Chain(NamedTuple):
     turn: (N + 1, 5): of theta in each interval, its step m, the row of its flexibility (3), 1 /
     pivot. terms: (K, 4, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
     dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark:
-    (K,) bool, the working set and its change.
+    (K,) bool, the working set and its change; order: (K,) workspace.
     """
 
     turn: np.ndarray
@@ -48,12 +48,14 @@ class Chain(NamedTuple):
     gap: np.ndarray
     touching: np.ndarray
     mark: np.ndarray
+    order: np.ndarray
 
 
 @driver
-def make_chain(intervals):
-    """A workspace for N intervals."""
-    n, k = intervals + 1, intervals + 2
+def make_chain(problem):
+    """A workspace for the fingers of `problem`."""
+    n = problem.step.shape[0] + 1
+    k = n + 1 + problem.points.shape[1]
     return Chain(
         np.zeros((n, 5)),
         np.zeros((k, 4, 5)),
@@ -66,6 +68,7 @@ def make_chain(intervals):
         np.zeros(k),
         np.zeros(k, np.bool_),
         np.zeros(k, np.bool_),
+        np.zeros(k, np.int64),
     )
 
 
@@ -151,9 +154,10 @@ def _answer(kept, f):
 
 @inlined
 def _contact_terms(state, k, j, mu):
-    """Vectors of touching point `k` on node `j`: gradient c of its gap, tangent b (gradient of its
-    slide), direction a of the force that its multiplier measures, derivative e of its force's
-    direction by the turn of the normal, and the arm's turn per unit of force."""
+    """Vectors of touching point `k` on node `j`: gradient c of its gap; tangent b, the gradient of
+    its slide; direction a of the force that its multiplier measures; derivative e of the force by
+    the turn of the normal, and the gradients v of that turn and w of what the arm's change adds to
+    its moment."""
     arm_x, arm_y = state.px[k] - state.x[j], state.py[k] - state.y[j]
     nx, ny = state.nx[k], state.ny[k]
     ratio = friction_ratio(state, k, mu)
@@ -162,7 +166,15 @@ def _contact_terms(state, k, j, mu):
     b = (-ny, nx, arm_x * nx + arm_y * ny)
     a = (qx, qy, arm_x * qy - arm_y * qx)
     e = (-qy, qx, arm_x * qx + arm_y * qy)
-    return c, b, (c if state.stuck[k] else a), e, qx * arm_x + qy * arm_y
+    if k < state.first.shape[0] + 1:  # a node in the target's distance field
+        bend = -state.curvature[k]
+        v = (bend * b[0], bend * b[1], bend * b[2])
+        w = (0.0, 0.0, qx * arm_x + qy * arm_y)
+    else:  # a target's point on the finger's side, which turns with the section
+        cos, sin, bend = state.section_cos[j], state.section_sin[j], state.bend[k]
+        v = (bend * cos, bend * sin, bend * (arm_x * sin - arm_y * cos) - 1.0)
+        w = (qy, -qx, 0.0)
+    return c, b, (c if state.stuck[k] else a), e, v, w
 
 
 _TURN = (0.0, 0.0, 1.0)
@@ -175,8 +187,6 @@ def carry_flexibility(problem, d, state, chain, size, own):
     own: 1 for a Newton step; 0 for the answer to a target that comes nearer by 1 at all contacts.
     Returns the excess of negative pivots, 0 at a minimum.
     """
-    intervals = problem.step.shape[0]
-    points = state.px.shape[0]
     mu = problem.mu[d]
     s = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     m = (0.0, 0.0, 0.0)
@@ -211,15 +221,17 @@ def carry_flexibility(problem, d, state, chain, size, own):
         s, m = _reduce(s, m, column, row, k * inverse, step)
         if inverse < 0.0:
             excess += 1 if k < 0.0 else -1
-        for p in range(i, points if i == intervals else i + 1):
+        p = next_contact(state, -1, i)
+        while p >= 0:
             force = state.force[p]
             if force == 0.0 and not chain.touching[p]:
+                p = next_contact(state, p, i)
                 continue
-            c, b, a, e, arm = _contact_terms(state, p, i, mu)
+            c, b, a, e, v, w = _contact_terms(state, p, i, mu)
             if force != 0.0:
-                s, m, n = _term(s, m, e, b, -force * state.curvature[p], chain.terms[p, _NORMAL])
+                s, m, n = _term(s, m, e, v, force, chain.terms[p, _NORMAL])
                 excess += n
-                s, m, n = _term(s, m, _TURN, _TURN, force * arm, chain.terms[p, _ARM])
+                s, m, n = _term(s, m, _TURN, w, force, chain.terms[p, _ARM])
                 excess += n
             if chain.touching[p]:
                 gap = state.gap[p] if own == 1.0 else -1.0
@@ -229,24 +241,33 @@ def carry_flexibility(problem, d, state, chain, size, own):
                     slide = state.slide[p] if own == 1.0 else 0.0
                     s, m, n = _hold(s, m, b, b, slide, chain.terms[p, _GRIP])
                     excess += n
+            p = next_contact(state, p, i)
     return excess
 
 
 @inner
 def carry_back(problem, d, state, chain, size, own):
-    """The way back from node `size`: contact forces, and the step of every angle."""
-    intervals = problem.step.shape[0]
-    points = state.px.shape[0]
+    """The way back from node `size`: contact forces, the step of every angle, and the gaps after
+    it."""
     mu = problem.mu[d]
+    for p in range(state.gap.shape[0]):
+        chain.gap[p] = state.gap[p]
     f = (0.0, 0.0, 0.0)
     for i in range(size, 0, -1):
-        last = points - 1 if i == intervals else i
-        for p in range(last, i - 1, -1):
+        count = 0
+        p = next_contact(state, -1, i)
+        while p >= 0:
+            chain.order[count] = p
+            count += 1
+            p = next_contact(state, p, i)
+        while count > 0:
+            count -= 1
+            p = chain.order[count]
             force = state.force[p]
             chain.force[p], chain.shear[p] = 0.0, 0.0
             if force == 0.0 and not chain.touching[p]:
                 continue
-            c, b, a, e, arm = _contact_terms(state, p, i, mu)
+            c, b, a, e, v, w = _contact_terms(state, p, i, mu)
             if chain.touching[p]:
                 if state.stuck[p]:
                     grip = -_answer(chain.terms[p, _GRIP], f)
@@ -256,9 +277,9 @@ def carry_back(problem, d, state, chain, size, own):
                 chain.force[p] = push
                 f = (f[0] + push * a[0], f[1] + push * a[1], f[2] + push * a[2])
             if force != 0.0:
-                f = (f[0], f[1], f[2] - force * arm * _answer(chain.terms[p, _ARM], f))
-                k = force * state.curvature[p] * _answer(chain.terms[p, _NORMAL], f)
-                f = (f[0] + k * e[0], f[1] + k * e[1], f[2] + k * e[2])
+                f = (f[0], f[1], f[2] - force * _answer(chain.terms[p, _ARM], f))
+                k = force * _answer(chain.terms[p, _NORMAL], f)
+                f = (f[0] - k * e[0], f[1] - k * e[1], f[2] - k * e[2])
         h = problem.step[i - 1]
         k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
         couple = h * (state.cos[i] * f[1] - state.sin[i] * f[0]) - k * _answer(chain.turn[i], f)
@@ -273,10 +294,10 @@ def carry_back(problem, d, state, chain, size, own):
         chain.dpsi[i] += chain.dpsi[i - 1]
         chain.dx[i] = chain.dx[i - 1] - h * state.sin[i] * turn
         chain.dy[i] = chain.dy[i - 1] + h * state.cos[i] * turn
-        for p in range(i, points if i == intervals else i + 1):
+        p = next_contact(state, -1, i)
+        while p >= 0:
             arm_x, arm_y = state.px[p] - state.x[i], state.py[p] - state.y[i]
-            moved_x, moved_y = (
-                chain.dx[i] - arm_y * chain.dpsi[i],
-                chain.dy[i] + arm_x * chain.dpsi[i],
-            )
+            moved_x = chain.dx[i] - arm_y * chain.dpsi[i]
+            moved_y = chain.dy[i] + arm_x * chain.dpsi[i]
             chain.gap[p] = state.gap[p] + state.nx[p] * moved_x + state.ny[p] * moved_y
+            p = next_contact(state, p, i)

@@ -15,7 +15,6 @@ from fastncm.kernels.nodal import (
     Nodal,
     carry_forces,
     make_nodal,
-    node_of,
     place_axis,
     place_surface,
 )
@@ -52,15 +51,17 @@ class SurfaceWork(NamedTuple):
 
 
 @driver
-def make_surface_work(intervals):
-    """A workspace for N intervals, with a straight finger."""
+def make_surface_work(problem):
+    """A workspace for the fingers of `problem`, with a straight one."""
+    nodes = problem.arc.shape[0]
+    points = nodes + 1 + problem.points.shape[1]
     return SurfaceWork(
-        make_nodal(intervals),
-        make_chain(intervals),
-        np.zeros(intervals + 1),
-        np.zeros(intervals + 1),
-        np.zeros(intervals + 2),
-        np.zeros(intervals + 2),
+        make_nodal(problem),
+        make_chain(problem),
+        np.zeros(nodes),
+        np.zeros(nodes),
+        np.zeros(points),
+        np.zeros(points),
         np.ones(1, np.int64),
         np.zeros(1, np.int64),
     )
@@ -152,34 +153,27 @@ def _penetration(state):
 
 
 @inner
-def _choose_size(problem, state, size):
-    """The surface points and nodes that take part in the next subproblem: ``(points, last node)``.
-
-    Nodes that take part stay, beyond them the finger is straight.
-    """
-    candidates = 2
+def _last_node(state, size):
+    """The last node that takes part in the next subproblem; beyond it the finger is straight."""
+    last = size
     for k in range(1, state.gap.shape[0]):
         if state.gap[k] <= _NEAR or state.force[k] != 0.0:
-            candidates = k + 1
-    last = max(size, node_of(candidates - 1, problem.step.shape[0]))
+            last = max(last, state.node[k])
     for i in range(size + 1, last + 1):
         state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
-    return candidates, last
+    return last
 
 
 @inner
-def _advance(problem, d, x, y, angle, work, candidates, length):
+def _advance(problem, d, x, y, angle, work, length):
     """The state at `length` of the step from the iterate, evaluated."""
     state, chain = work.state, work.chain
     for i in range(1, work.size[0] + 1):
         state.psi[i] = work.psi[i] + length * chain.dpsi[i]
         state.gamma[i] = work.gamma[i] + length * chain.dgamma[i]
     for k in range(state.force.shape[0]):
-        force, shear = 0.0, 0.0
-        if k < candidates:
-            force, shear = chain.force[k], chain.shear[k]
-        state.force[k] = work.force[k] + length * (force - work.force[k])
-        state.shear[k] = work.shear[k] + length * (shear - work.shear[k])
+        state.force[k] = work.force[k] + length * (chain.force[k] - work.force[k])
+        state.shear[k] = work.shear[k] + length * (chain.shear[k] - work.shear[k])
     evaluate(problem, d, x, y, angle, work)
 
 
@@ -193,12 +187,12 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     last = 1
     for k in range(1, state.force.shape[0]):
         if state.force[k] != 0.0:
-            last = node_of(k, problem.step.shape[0])
+            last = max(last, state.node[k])
     work.size[0] = last
     evaluate(problem, d, x, y, angle, work)
     penalty, residual = 0.0, np.inf
     for iteration in range(most + 1):
-        candidates, size = _choose_size(problem, state, work.size[0])
+        size = _last_node(state, work.size[0])
         work.size[0] = size
         residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:
@@ -206,8 +200,9 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
         for k in range(state.gap.shape[0]):
-            chain.touching[k] = 0 < k < candidates and state.force[k] > 0.0
-        excess, passes = solve_subproblem(problem, d, state, chain, size, candidates)
+            chain.touching[k] = k > 0 and state.force[k] > 0.0
+            chain.force[k], chain.shear[k] = 0.0, 0.0
+        excess, passes = solve_subproblem(problem, d, state, chain, size)
         work.passes[0] += passes
         if excess == UNSETTLED:
             return status.MAX_ITERATIONS, iteration, residual
@@ -221,7 +216,7 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
         slope = energy_slope(problem, d, state, chain, size) - penalty * violation
         length = 1.0
         while True:
-            _advance(problem, d, x, y, angle, work, candidates, length)
+            _advance(problem, d, x, y, angle, work, length)
             if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
                 break
             if problem.mu[d] == 0.0:

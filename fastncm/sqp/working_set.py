@@ -47,9 +47,9 @@ def _overhang(chain, end, inward):
 
 
 @inlined
-def _is_run(chain, end, inward, candidates):
-    """True where `_RUN` contacts stand side by side from `end` on."""
-    if not 1 <= end + (_RUN - 1) * inward < candidates or not 1 <= end < candidates:
+def _is_run(chain, end, inward, first, beyond):
+    """True where `_RUN` contacts stand side by side from `end` on, within [first, beyond)."""
+    if not first <= end + (_RUN - 1) * inward < beyond or not first <= end < beyond:
         return False
     for i in range(_RUN):
         if not chain.touching[end + i * inward]:
@@ -78,20 +78,21 @@ def _lengthen(chain, end, outward, first, beyond):
 
 
 @inner
-def change_working_set(chain, candidates, largest):
-    """One change of the working set: contacts that pull leave, points that penetrate enter.
+def change_working_set(chain, begin, end, largest):
+    """One change of the working set among the points [begin, end), which stand side by side:
+    contacts that pull leave, points that penetrate enter.
 
     Returns how many of either there are; the set stays as it is where there are none.
     """
     touching, mark, gap = chain.touching, chain.mark, chain.gap
     wrong = 0
-    for k in range(1, candidates):
+    for k in range(begin, end):
         mark[k] = touching[k]
-    k = 1
-    while k < candidates:
+    k = begin
+    while k < end:
         first = k
         if touching[k]:
-            while k < candidates and touching[k]:
+            while k < end and touching[k]:
                 if _pulls(chain, k, largest):
                     wrong += 1
                     mark[k] = False
@@ -102,30 +103,30 @@ def change_working_set(chain, candidates, largest):
                 _shorten(chain, k - 1, -1, first, k)
         elif _penetrates(chain, k):
             worst = k
-            while k < candidates and _penetrates(chain, k):
+            while k < end and _penetrates(chain, k):
                 wrong += 1
                 if gap[k] < gap[worst]:
                     worst = k
                 k += 1
             grown = False
-            if _is_run(chain, first - 1, -1, candidates):
+            if _is_run(chain, first - 1, -1, begin, end):
                 grown = _lengthen(chain, first - 1, 1, first, k)
-            if _is_run(chain, k, 1, candidates):
+            if _is_run(chain, k, 1, begin, end):
                 grown = _lengthen(chain, k, -1, first, k) or grown
             if not grown:
                 mark[worst] = True
         else:
             k += 1
     if wrong > 0:
-        for k in range(1, candidates):
+        for k in range(begin, end):
             touching[k] = mark[k]
     return wrong
 
 
 @inner
-def _change_one(chain, candidates, largest):
-    """Change the last node of those that are wrong. Returns whether there was one."""
-    for k in range(candidates - 1, 0, -1):
+def _change_one(chain, largest):
+    """Change the last point of those that are wrong. Returns whether there was one."""
+    for k in range(chain.force.shape[0] - 1, 0, -1):
         if _pulls(chain, k, largest) or _penetrates(chain, k):
             chain.touching[k] = not chain.touching[k]
             return True
@@ -133,26 +134,27 @@ def _change_one(chain, candidates, largest):
 
 
 @inner
-def solve_subproblem(problem, d, state, chain, size, candidates):
+def solve_subproblem(problem, d, state, chain, size):
     """Step and multipliers of the quadratic program about the evaluated state, left in `chain`.
 
-    ``chain.touching`` is the working set to begin with, and the active set on return; of the
-    surface points those below `candidates` take part, of the nodes those up to `size`. Returns
-    ``(excess of negative pivots or UNSETTLED, passes)``.
+    ``chain.touching`` is the working set to begin with, and the active set on return; the nodes up
+    to `size` take part. Returns ``(excess of negative pivots or UNSETTLED, passes)``.
     """
+    nodes, points = problem.arc.shape[0], chain.force.shape[0]
     for passes in range(1, _PASSES + 1):
         excess = carry_flexibility(problem, d, state, chain, size, 1.0)
         carry_back(problem, d, state, chain, size, 1.0)
         largest, total = 0.0, 0.0
-        for k in range(candidates):
+        for k in range(points):
             largest = max(largest, abs(chain.force[k]))
             total += chain.force[k]
         if not np.isfinite(total):
             return UNSETTLED, passes
         if passes <= _AT_ONCE:
-            settled = change_working_set(chain, candidates, largest) == 0
+            wrong = change_working_set(chain, 1, nodes + 1, largest)
+            settled = wrong + change_working_set(chain, nodes + 1, points, largest) == 0
         else:
-            settled = not _change_one(chain, candidates, largest)
+            settled = not _change_one(chain, largest)
         if settled:
             return excess, passes
     return UNSETTLED, _PASSES
