@@ -76,8 +76,14 @@ class SurfaceCurve(Curve):
 
     @property
     def advice(self) -> str:
-        """What to do about the status; empty where nothing is to be done."""
-        return status.ADVICE[int(self._summary.status[0])]
+        """What to do about the status, or about the row with the largest error where that is large;
+        empty where nothing is to be done."""
+        frame = self.frame()
+        if self.status == status.WORDS[status.NO_CONTACT]:
+            return status.ADVICE[status.NO_CONTACT]
+        if self.status != status.WORDS[status.CONVERGED]:
+            return str(frame["advice"][frame["status"] == self.status].iloc[0])
+        return str(frame["advice"].iloc[int(frame["error_estimate"].fillna(0.0).argmax())])
 
     @property
     def insertion_work_J(self) -> float:

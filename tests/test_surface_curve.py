@@ -208,6 +208,24 @@ def test_never_touching_is_a_result() -> None:
     assert curve.insertion_work_J == 0.0
 
 
+def test_a_target_that_cannot_be_cleared_says_how_far_it_overlaps() -> None:
+    """The base is pushed into the wall: the clamp's right corner lies beyond it."""
+    corner = 0.0254 * math.cos(1.3) + 0.015 * math.sin(1.3)
+    curve = fastncm.solve(RUBBER.replace(PLANE), positions=[0.03, corner - 0.002])
+    assert list(curve.frame()["status"]) == ["converged", "infeasible"]
+    assert curve.status == "infeasible"
+    assert "overlap is 0.002 m" in curve.advice
+    assert np.isnan(curve.peak.insertion_force_N)
+    assert curve.frame()["force_x_N"].isna().tolist() == [False, True]
+
+
+def test_few_intervals_are_said_to_be_few() -> None:
+    curve = fastncm.solve(RUBBER.replace({"solver.intervals": 8}))
+    assert curve.frame()["error_estimate"].max() > 0.05
+    assert "solver.intervals" in curve.advice
+    assert fastncm.solve(RUBBER).advice == ""
+
+
 @pytest.mark.parametrize("positions", [[], "ab", [[2.0]], [2.0, float("nan")], [None]])
 def test_bad_positions_are_refused(positions: object) -> None:
     with pytest.raises(fastncm.SceneError, match="positions"):
