@@ -14,6 +14,7 @@ the ellipse, the finger inside.
 
 import json
 import math
+import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -22,7 +23,8 @@ from ipopt_baseline import TOLERANCE, Baseline, Form
 from support import DATA, print_table, write_json
 
 import fastncm
-from fastncm.scene import Pose, Scene
+from fastncm.scene import Pose, Scene, tabulate
+from fastncm.surface import lower_surface, solve_surfaces
 
 SCENE = fastncm.load_scene("rubber-ellipse")
 DEGREES = (126, 120, 114, 108, 102, 96, 90, 84, 78)
@@ -52,7 +54,9 @@ CASES: dict[str, Mapping[str, object]] = {
     },
 }
 ANGLES = 60
+DESIGNS = 100
 ROUNDS = 3
+FORMS: tuple[Form, ...] = ("sparse", "reduced")
 
 
 def main() -> None:
@@ -66,16 +70,30 @@ def main() -> None:
     print(shown[columns[3:]].to_string(index=False, float_format=lambda x: f"{x:.7g}"))
     print(f"\n{file}")
 
-    times = {form: seconds_per_solve(form) for form in ("sparse", "reduced")}
+    ours, theirs = rounds()
     print(f"\nN = {SCENE.solver.intervals}, {ANGLES} angles, best of {ROUNDS} rounds:\n")
-    print_table(["", "ms a solve"], [[form, f"{1e3 * t:.3g}"] for form, t in times.items()])
+    print_table(
+        ["", "µs a solve", *(f"times as fast as {form}" for form in theirs)],
+        [
+            [name, f"{1e6 * t:.3g}", *(f"{seconds / t:.0f}" for seconds in theirs.values())]
+            for name, t in (ours | theirs).items()
+        ],
+    )
+    apart = difference()
+    print(f"\nlargest difference of a force along the path: {apart:.1e}")
     write_json(
         "ipopt",
         {
             "intervals": SCENE.solver.intervals,
             "angles": ANGLES,
+            "designs": DESIGNS,
             "tolerance": TOLERANCE,
-            "ms_per_solve": {form: 1e3 * seconds for form, seconds in times.items()},
+            "us_per_solve": {name: 1e6 * seconds for name, seconds in (ours | theirs).items()},
+            "ratio": {
+                name: {form: other / seconds for form, other in theirs.items()}
+                for name, seconds in ours.items()
+            },
+            "force_difference": apart,
         },
     )
 
@@ -107,13 +125,46 @@ def fine(positions: np.ndarray) -> np.ndarray:
     return path
 
 
-def seconds_per_solve(form: Form) -> float:
-    """Of IPOPT along the scene's path, best of the rounds."""
-    baseline = Baseline(SCENE, form)
+def rounds() -> tuple[dict[str, float], dict[str, float]]:
+    """Seconds a solve, ours and IPOPT's, measured in turn in this process; best of the rounds."""
+    table = pd.DataFrame({"path.y": np.linspace(0.1197, SCENE.path.y, DESIGNS)})
+    lowered = lower_surface(tabulate(SCENE, {})[0])
+    baselines = {form: Baseline(SCENE, form) for form in FORMS}
+    runs = {
+        "one path, compiled code": (ANGLES, lambda: list(solve_surfaces(lowered, shapes=False))),
+        f"{DESIGNS} designs by solve_cases": (
+            ANGLES * DESIGNS,
+            lambda: fastncm.solve_cases(SCENE, table),
+        ),
+    }
+    ours = dict.fromkeys(runs, math.inf)
+    theirs: dict[str, float] = dict.fromkeys(FORMS, math.inf)
+    for _, run in runs.values():
+        run()  # compiles
+    for _ in range(ROUNDS):
+        for form, baseline in baselines.items():
+            seconds = path_of(baseline)["seconds"].mean()
+            theirs[form] = min(theirs[form], float(seconds))
+        for name, (solves, run) in runs.items():
+            begin = time.perf_counter()
+            run()
+            ours[name] = min(ours[name], (time.perf_counter() - begin) / solves)
+    return ours, theirs
+
+
+def path_of(baseline: Baseline) -> pd.DataFrame:
+    """IPOPT's rows along the scene's own path."""
     start = list(approach(SCENE))
     path = [SCENE.pose(x) for x in np.linspace(SCENE.path.start, SCENE.path.stop, ANGLES)]
-    rounds = (baseline.solve_path(start + path)["seconds"][len(start) :] for _ in range(ROUNDS))
-    return min(float(seconds.mean()) for seconds in rounds)
+    return baseline.solve_path(start + path).iloc[len(start) :]
+
+
+def difference() -> float:
+    """Between our forces and IPOPT's along the path, relative to the force."""
+    columns = ["force_x_N", "force_y_N"]
+    theirs = path_of(Baseline(SCENE))[columns].to_numpy()
+    ours = fastncm.solve(SCENE).frame()[columns].to_numpy()
+    return float((np.hypot(*(ours - theirs).T) / np.hypot(*theirs.T)).max())
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ Form = Literal["sparse", "reduced"]
 
 TOLERANCE = 1e-11
 #: A node touches where its multiplier exceeds this part of the largest one: IPOPT's are never 0.
-TOUCHING = 1e-6
+TOUCHING = 1e-4
 #: What made IPOPT quickest here: warm starts from both solution and multipliers, the barrier
 #: parameter chosen by itself (8 iterations a solve instead of 11), expressions written out.
 OPTIONS = {

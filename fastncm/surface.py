@@ -15,6 +15,7 @@ from fastncm.kernels.nodal import NodalProblem
 from fastncm.lowering import Scale, unique_rows
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.scene import CaseGroup, Scene
+from fastncm.surface_touch import first_touches
 from fastncm.trace import kkt_tolerance
 
 Array = np.ndarray
@@ -69,6 +70,7 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
     semi_x = v["target_radius"] if circle else v["semi_x"]
     semi_y = v["target_radius"] if circle else v["semi_y"]
     turns = scene.path.kind == "rotation"
+    start = first_touches(group) if scene.path.start == "touch" else v["start"]
     scaled = [
         v["thickness_tip"] / clamp,
         clamp / length,
@@ -81,7 +83,7 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
         v["path_x"] / length,
         v["speed_ratio"] / length,
         v["path_angle"],
-        v["start"] if turns else v["start"] / length,
+        start if turns else start / length,
         v["stop"] if turns else v["stop"] / length,
         v["mu"],
         length if scene.finger.profile or scene.target.vertices or positions is not None else 0.0,

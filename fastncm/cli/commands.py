@@ -35,6 +35,8 @@ def solve(options: argparse.Namespace) -> int:
     curve = solve_curve(scene)
     frame = curve.frame()
     print(f"{scene.name}: {len(frame)} positions")
+    if scene.assumed:
+        print(f"assumed: {scene.assumed}")
     output.print_curve(curve)
     if options.out:
         output.write_frame(frame, options.out)

@@ -52,9 +52,26 @@ def contour(jaw: Jaw) -> np.ndarray:
 
 
 def target_outline(scene: Scene, position: float, reach: float) -> np.ndarray:
-    """The target at a position: the circle, or the block's part within `reach` m of its corner."""
-    reference = np.array([position, scene.path.y])
-    if scene.target.shape == "block":
-        return reference + reach * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    angles = np.linspace(0, 2 * np.pi, 181)
-    return reference + scene.target.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    """The target at a position (m, or rad where the base turns).
+
+    Of a block or a half-plane the part within `reach` m of its corner or reference point.
+    """
+    target, pose = scene.target, scene.pose(position)
+    turn = np.array(
+        [
+            [np.cos(target.tilt), np.sin(target.tilt)],
+            [-np.sin(target.tilt), np.cos(target.tilt)],
+        ]
+    )
+    if target.shape == "block":
+        outline = reach * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    elif target.shape == "half-plane":
+        outline = reach * np.array([[-1, 0], [-1, -1], [1, -1], [1, 0]]) @ turn
+    elif target.shape == "polygon":
+        outline = np.array(target.vertices)
+    else:
+        axes = target.semi_axes or (target.radius, target.radius)
+        angles = np.linspace(0, 2 * np.pi, 181)
+        outline = axes * np.column_stack([np.cos(angles), np.sin(angles)]) @ turn
+    shifted: np.ndarray = outline + [pose.target_x, pose.target_y]
+    return shifted

@@ -103,9 +103,16 @@ def _count(given: Mapping[str, Column]) -> int:
 def _without_replaced(
     base: Mapping[str, object], given: Mapping[str, Column]
 ) -> Mapping[str, object]:
-    """The base without what is given in another way: of a quantity and the option that may stand
-    in its place, a new one drops the old one. Refuses both at once."""
+    """The base without what the given columns say in another way.
+
+    Of a quantity and the option that may stand in its place, a new one drops the old one; both at
+    once are refused. Another kind of path drops the old positions: angles are no lengths.
+    """
     dropped = set()
+    turned = base.get("path.kind") == "rotation"
+    other = any(kind != base.get("path.kind") for kind in given.get("path.kind", ()))
+    if other or (turned and any(shape != "none" for shape in given.get("jaw.shape", ()))):
+        dropped |= {"path.start", "path.stop"}
     for quantity in QUANTITIES:
         if quantity.instead is None:
             continue

@@ -9,11 +9,10 @@ import numpy as np
 import pyarrow as pa
 
 from fastncm import __version__
-from fastncm.columns import CASE_UNITS, CURVE_UNITS
-from fastncm.scene import unit_of
+from fastncm.cases import case_units, curve_units
 from fastncm.sweeping.study import TEXT_COLUMNS, Study
 
-WHOLE_COLUMNS = ("positions", "iterations", "contacts")
+WHOLE_COLUMNS = ("positions", "iterations", "contacts", "sticking")
 PACKAGES = ("numba", "numpy", "pyarrow", "joblib")
 
 
@@ -36,17 +35,17 @@ def cases_table(study: Study, case_ids: np.ndarray, cases: Mapping[str, np.ndarr
     grid = study.grid
     columns = {"case_id": (pa.array(case_ids), "1")}
     for (name, values), index in zip(grid.axes.items(), grid.positions(case_ids), strict=True):
-        columns[name] = _axis_column(values, index), unit_of(name)
-    return _table(columns | _results(cases, CASE_UNITS))
+        columns[name] = _axis_column(values, index), study.scene.unit_of(name)
+    return _table(columns | _results(cases, case_units(study.scene)))
 
 
-def curves_table(case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.Table:
+def curves_table(study: Study, case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.Table:
     """`case_id` and the columns of `Curve.frame()`, one row per case and position.
 
     curves: columns of shape (rows,); its "case" counts within `case_ids`, shape (C,).
     """
     columns = {"case_id": (pa.array(case_ids[curves["case"]]), "1")}
-    return _table(columns | _results(curves, CURVE_UNITS))
+    return _table(columns | _results(curves, curve_units(study.scene)))
 
 
 def _axis_column(values: np.ndarray, index: np.ndarray) -> pa.Array:
@@ -68,7 +67,11 @@ def _results(
     columns: Mapping[str, np.ndarray], units: Mapping[str, str]
 ) -> dict[str, tuple[pa.Array, str]]:
     """The columns that `units` names, in its order, as Arrow arrays with their units."""
-    return {name: (pa.array(columns[name], _type(name)), unit) for name, unit in units.items()}
+    return {
+        name: (pa.array(columns[name], _type(name)), unit)
+        for name, unit in units.items()
+        if name in columns
+    }
 
 
 def _type(column: str) -> pa.DataType:

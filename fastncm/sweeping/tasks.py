@@ -61,7 +61,7 @@ def run_block(study: Study, case_ids: np.ndarray) -> Finished:
     result = solve_chunk(study.scene, study.grid.columns(case_ids), curves=study.curves)
     return Finished(
         cases=cases_table(study, case_ids, result.cases),
-        curves=None if result.curves is None else curves_table(case_ids, result.curves),
+        curves=None if result.curves is None else curves_table(study, case_ids, result.curves),
         failed=failed_rows(result.cases["status"]),
         shape_paths=result.shape_paths,
         solves=result.solves,

@@ -28,7 +28,7 @@ def refused(scene: Scene, name: str, value: object, why: str, **others: object) 
         {"finger.profile": PROFILE},
         {"target.shape": "polygon", "target.vertices": SQUARE},
         {"target.shape": "half-plane", "target.tilt": 0.3},
-        {"path.kind": "translation", "path.start": "touch", "path.angle": 1.5},
+        {"path.kind": "translation", "path.start": "touch", "path.stop": 0.0, "path.angle": 1.5},
         {"target.shape": "circle", "target.radius": 0.02, "finger.side": "left"},
     ],
 )
@@ -67,6 +67,18 @@ def test_positions_are_angles_where_the_base_turns():
     assert RUBBER.position_unit == RUBBER.unit_of("path.start") == "rad"
     assert CIRCLE.position_unit == CIRCLE.unit_of("path.stop") == "m"
     assert RUBBER.unit_of("finger.young") == "Pa"
+
+
+def test_another_kind_of_path_needs_positions_of_its_own():
+    """Angles are no lengths."""
+    with pytest.raises(SceneError, match=r"path\.start is missing"):
+        RUBBER.replace({"path.kind": "translation", "path.stop": 0.0})
+    with pytest.raises(SceneError, match=r"path\.stop is missing"):
+        RUBBER.replace({"path.kind": "translation", "path.start": "touch"})
+    with pytest.raises(SceneError, match=r"path\.start is missing"):
+        jaw = {"jaw.shape": "segment", "jaw.a": [0.1, 0.02], "jaw.b": [0.12, 0.01]}
+        RUBBER.replace(jaw | {"target.shape": "circle", "target.radius": 0.01})
+    assert RUBBER.replace({"path.kind": "rotation"}) == RUBBER
 
 
 def test_stations_of_the_thickness():
