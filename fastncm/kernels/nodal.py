@@ -70,7 +70,8 @@ class Nodal(NamedTuple):
 
     psi, gamma: (N + 1,) (gamma_i belongs to interval i >= 1); sin, cos: (N + 1,) of theta; x, y:
     (N + 1,) nodes; section_sin, section_cos: (N + 1,) of what turns the section. fx, fy: (N + 1,)
-    what the middle of interval i carries of the forces beyond; moment: (N + 1,) theirs there.
+    what the middle of interval i carries of the forces beyond; moment: (N + 1,) theirs there;
+    couple: (N + 1,) of the contact forces on gamma_i, where it turns sections, over h.
 
     Of the contact points, (K,). node: on which they act, and after: (K,) the next one there, after
     first: (N + 1,), of the target's points (-1: none); px, py: place; gap, nx, ny, curvature:
@@ -94,6 +95,7 @@ class Nodal(NamedTuple):
     fx: np.ndarray
     fy: np.ndarray
     moment: np.ndarray
+    couple: np.ndarray
     node: np.ndarray
     after: np.ndarray
     first: np.ndarray
@@ -124,7 +126,8 @@ def make_nodal(problem):
     node = np.minimum(np.arange(k), n - 1)
     return Nodal(
         np.zeros(n), np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.ones(n), np.zeros(n), np.zeros(n), np.zeros(n), node, np.full(k, -1), np.full(n, -1),
+        np.ones(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), node, np.full(k, -1),
+        np.full(n, -1),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
         np.zeros(k), np.full(k, -np.inf), np.zeros(k), np.zeros(k), np.zeros(k, np.bool_),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
@@ -154,11 +157,17 @@ def place_axis(problem, state, size):
         s, c = sincos(0.5 * (psi[i - 1] + psi[i]) + gamma[i])
         sin[i] = s
         cos[i] = c
-    share = 1.0 if problem.printed_section else 0.0
-    for i in range(1, size + 1):
-        s, c = sincos(psi[i] + share * gamma[i])
-        state.section_sin[i] = s
-        state.section_cos[i] = c
+    if problem.printed_section:  # the mean of gamma on both sides of the node
+        for i in range(1, size + 1):
+            beyond = gamma[i + 1] if i < size else (gamma[i] if size == intervals else 0.0)
+            s, c = sincos(psi[i] + 0.5 * (gamma[i] + beyond))
+            state.section_sin[i] = s
+            state.section_cos[i] = c
+    else:
+        for i in range(1, size + 1):
+            s, c = sincos(psi[i])
+            state.section_sin[i] = s
+            state.section_cos[i] = c
     s, c = sincos(psi[size])
     for i in range(size + 1, intervals + 1):
         psi[i], gamma[i] = psi[size], 0.0
@@ -298,6 +307,9 @@ def carry_forces(problem, d, state, size):
     `moment`. Returns the moment at the clamp."""
     mu = problem.mu[d]
     fx, fy, moment = 0.0, 0.0, 0.0
+    if problem.printed_section:
+        for i in range(state.couple.shape[0]):
+            state.couple[i] = 0.0
     for i in range(size, 0, -1):
         k = next_contact(state, -1, i)
         while k >= 0:
@@ -305,7 +317,12 @@ def carry_forces(problem, d, state, size):
                 qx, qy = contact_direction(state, k, mu)
                 qx, qy = state.force[k] * qx, state.force[k] * qy
                 fx, fy = fx + qx, fy + qy
-                moment += (state.px[k] - state.x[i]) * qy - (state.py[k] - state.y[i]) * qx
+                turn = (state.px[k] - state.x[i]) * qy - (state.py[k] - state.y[i]) * qx
+                moment += turn
+                if problem.printed_section:
+                    after = min(i + 1, state.couple.shape[0] - 1)
+                    state.couple[i] += 0.5 * turn / problem.step[i - 1]
+                    state.couple[after] += 0.5 * turn / problem.step[after - 1]
             k = next_contact(state, k, i)
         half = 0.5 * problem.step[i - 1]
         moment += half * (state.cos[i] * fy - state.sin[i] * fx)

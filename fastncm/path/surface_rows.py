@@ -11,8 +11,8 @@ import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
-from fastncm.sqp.flexibility import carry_back, carry_flexibility
 from fastncm.sqp.surface import kkt_residual, strain_energy
+from fastncm.sqp.working_set import solve_chain
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
 (
@@ -63,8 +63,7 @@ def _stiffness(problem, d, work):
     state, chain = work.state, work.chain
     for k in range(state.force.shape[0]):
         chain.touching[k] = state.force[k] > 0.0
-    carry_flexibility(problem, d, state, chain, work.size[0], 0.0)
-    carry_back(problem, d, state, chain, work.size[0], 0.0)
+    solve_chain(problem, d, state, chain, work.size[0], 0.0)
     total = 0.0
     for k in range(state.force.shape[0]):
         total += chain.force[k]

@@ -28,13 +28,34 @@ from fastncm.kernels.nodal import friction_ratio, next_contact
 _NORMAL, _ARM, _CONTACT, _GRIP = range(4)
 
 
+class Wide(NamedTuple):
+    """Workspace of `sqp.printed_section`; no terms elsewhere.
+
+    node: (4, 4), node_step, node_force: (4,) flexibility, step and force of a node; flexibility:
+    (6, 6), step, force: (6,) of an interval's variables; left, right, column: (6,). turn: (N + 1,
+    8), terms: (K, 4, 8): as in `Chain`, with rows of 6.
+    """
+
+    node: np.ndarray
+    node_step: np.ndarray
+    node_force: np.ndarray
+    flexibility: np.ndarray
+    step: np.ndarray
+    force: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    column: np.ndarray
+    turn: np.ndarray
+    terms: np.ndarray
+
+
 class Chain(NamedTuple):
-    """Workspace and result of `solve_chain` for N intervals and K surface points.
+    """Workspace and result of a pass along the finger, for N intervals and K contact points.
 
     turn: (N + 1, 5): of theta in each interval, its step m, the row of its flexibility (3), 1 /
     pivot. terms: (K, 4, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
     dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark:
-    (K,) bool, the working set and its change; order: (K,) workspace.
+    (K,) bool, the working set and its change; order: (K,), wide: workspace.
     """
 
     turn: np.ndarray
@@ -49,6 +70,24 @@ class Chain(NamedTuple):
     touching: np.ndarray
     mark: np.ndarray
     order: np.ndarray
+    wide: Wide
+
+
+@driver
+def _make_wide(nodes, points):
+    return Wide(
+        np.zeros((4, 4)),
+        np.zeros(4),
+        np.zeros(4),
+        np.zeros((6, 6)),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros((nodes, 8)),
+        np.zeros((points, 4, 8)),
+    )
 
 
 @driver
@@ -69,6 +108,7 @@ def make_chain(problem):
         np.zeros(k, np.bool_),
         np.zeros(k, np.bool_),
         np.zeros(k, np.int64),
+        _make_wide(n, k) if problem.printed_section else _make_wide(0, 0),
     )
 
 
@@ -153,7 +193,7 @@ def _answer(kept, f):
 
 
 @inlined
-def _contact_terms(state, k, j, mu):
+def contact_terms(state, k, j, mu):
     """Vectors of touching point `k` on node `j`: gradient c of its gap; tangent b, the gradient of
     its slide; direction a of the force that its multiplier measures; derivative e of the force by
     the turn of the normal, and the gradients v of that turn and w of what the arm's change adds to
@@ -227,7 +267,7 @@ def carry_flexibility(problem, d, state, chain, size, own):
             if force == 0.0 and not chain.touching[p]:
                 p = next_contact(state, p, i)
                 continue
-            c, b, a, e, v, w = _contact_terms(state, p, i, mu)
+            c, b, a, e, v, w = contact_terms(state, p, i, mu)
             if force != 0.0:
                 s, m, n = _term(s, m, e, v, force, chain.terms[p, _NORMAL])
                 excess += n
@@ -247,11 +287,8 @@ def carry_flexibility(problem, d, state, chain, size, own):
 
 @inner
 def carry_back(problem, d, state, chain, size, own):
-    """The way back from node `size`: contact forces, the step of every angle, and the gaps after
-    it."""
+    """The way back from node `size`: contact forces, and the step of every angle."""
     mu = problem.mu[d]
-    for p in range(state.gap.shape[0]):
-        chain.gap[p] = state.gap[p]
     f = (0.0, 0.0, 0.0)
     for i in range(size, 0, -1):
         count = 0
@@ -267,7 +304,7 @@ def carry_back(problem, d, state, chain, size, own):
             chain.force[p], chain.shear[p] = 0.0, 0.0
             if force == 0.0 and not chain.touching[p]:
                 continue
-            c, b, a, e, v, w = _contact_terms(state, p, i, mu)
+            c, b, a, e, v, w = contact_terms(state, p, i, mu)
             if chain.touching[p]:
                 if state.stuck[p]:
                     grip = -_answer(chain.terms[p, _GRIP], f)
@@ -288,16 +325,32 @@ def carry_back(problem, d, state, chain, size, own):
         chain.dpsi[i] = turned  # of the interval; summed below
         chain.dgamma[i] = -own * state.gamma[i] + shear * couple
         f = (f[0], f[1], f[2] + couple)
+    moved_gaps(problem, state, chain, size)
+
+
+@inner
+def moved_gaps(problem, state, chain, size):
+    """Sum up the intervals' steps in `dpsi`, and with them the step of every node and gap."""
+    for p in range(state.gap.shape[0]):
+        chain.gap[p] = state.gap[p]
     for i in range(1, size + 1):
         h = problem.step[i - 1]
         turn = chain.dpsi[i - 1] + 0.5 * chain.dpsi[i] + chain.dgamma[i]
         chain.dpsi[i] += chain.dpsi[i - 1]
         chain.dx[i] = chain.dx[i - 1] - h * state.sin[i] * turn
         chain.dy[i] = chain.dy[i - 1] + h * state.cos[i] * turn
+        section = chain.dpsi[i]
+        if problem.printed_section:
+            beyond = 0.0
+            if i < size:
+                beyond = chain.dgamma[i + 1]
+            elif size == problem.step.shape[0]:
+                beyond = chain.dgamma[i]
+            section += 0.5 * (chain.dgamma[i] + beyond)
         p = next_contact(state, -1, i)
         while p >= 0:
             arm_x, arm_y = state.px[p] - state.x[i], state.py[p] - state.y[i]
-            moved_x = chain.dx[i] - arm_y * chain.dpsi[i]
-            moved_y = chain.dy[i] + arm_x * chain.dpsi[i]
+            moved_x = chain.dx[i] - arm_y * section
+            moved_y = chain.dy[i] + arm_x * section
             chain.gap[p] = state.gap[p] + state.nx[p] * moved_x + state.ny[p] * moved_y
             p = next_contact(state, p, i)

@@ -125,7 +125,7 @@ def kkt_residual(problem, d, state, size):
         bent = _moment(problem, d, state, i)
         moment = max(moment, abs(bent), abs(state.moment[i]))
         slack = max(slack, abs(bent - state.moment[i]))
-        across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i]
+        across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i] + state.couple[i]
         sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
         sheared_slack = max(sheared_slack, abs(state.gamma[i] - sheared))
@@ -153,12 +153,16 @@ def _penetration(state):
 
 
 @inner
-def _last_node(state, size):
-    """The last node that takes part in the next subproblem; beyond it the finger is straight."""
-    last = size
+def _last_node(problem, state, size):
+    """The last node that takes part in the next subproblem: no less than `size`; beyond it the
+    finger is straight."""
+    last = 1
     for k in range(1, state.gap.shape[0]):
         if state.gap[k] <= _NEAR or state.force[k] != 0.0:
             last = max(last, state.node[k])
+    if problem.printed_section:  # the shear beyond the last contact matters, too
+        last = min(last + 1, problem.step.shape[0])
+    last = max(last, size)
     for i in range(size + 1, last + 1):
         state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
     return last
@@ -192,7 +196,7 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     evaluate(problem, d, x, y, angle, work)
     penalty, residual = 0.0, np.inf
     for iteration in range(most + 1):
-        size = _last_node(state, work.size[0])
+        size = _last_node(problem, state, work.size[0])
         work.size[0] = size
         residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:

@@ -13,6 +13,7 @@ import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 from fastncm.sqp.flexibility import carry_back, carry_flexibility
+from fastncm.sqp.printed_section import solve_printed_chain
 
 #: Passes that may change many nodes, and passes altogether, before the quadratic program gives up.
 _AT_ONCE = 30
@@ -23,6 +24,20 @@ _RUN = 4
 _ROUNDING = 1e-15
 #: `solve_subproblem` found no working set.
 UNSETTLED = -99
+
+
+@inner
+def solve_chain(problem, d, state, chain, size, own):
+    """Step and multipliers with the working set ``chain.touching`` held; own: 1 for a Newton step,
+    0 for the answer to a target that comes nearer by 1 at all contacts.
+
+    Returns the excess of negative pivots.
+    """
+    if problem.printed_section:
+        return solve_printed_chain(problem, d, state, chain, size, own)
+    excess = carry_flexibility(problem, d, state, chain, size, own)
+    carry_back(problem, d, state, chain, size, own)
+    return excess
 
 
 @inlined
@@ -142,8 +157,7 @@ def solve_subproblem(problem, d, state, chain, size):
     """
     nodes, points = problem.arc.shape[0], chain.force.shape[0]
     for passes in range(1, _PASSES + 1):
-        excess = carry_flexibility(problem, d, state, chain, size, 1.0)
-        carry_back(problem, d, state, chain, size, 1.0)
+        excess = solve_chain(problem, d, state, chain, size, 1.0)
         largest, total = 0.0, 0.0
         for k in range(points):
             largest = max(largest, abs(chain.force[k]))
