@@ -191,6 +191,19 @@ def test_touch_and_peak_of_a_wall() -> None:
     assert events["insertion_force_N"][0] < 1e-4 * curve.peak.insertion_force_N
 
 
+def test_a_grazing_contact_has_the_force_of_a_spring() -> None:
+    """The deeper the wall, the larger the force, in proportion to it as long as both are small."""
+    tip = (0.0254 + 0.1524) * math.cos(1.3) + 0.0085 * math.sin(1.3)
+    depth = np.array([1e-11, 1e-9, 1e-8, 1e-7, 1e-6])
+    frame = fastncm.solve(RUBBER.replace(PLANE), positions=tip - depth).frame()
+    assert (frame["status"] == "converged").all()
+    stiffness = frame["insertion_force_N"] / depth
+    np.testing.assert_allclose(stiffness, stiffness.iloc[3], rtol=1e-4)
+    assert (frame["contacts"] == 1).all()
+    assert (frame["contact_s_m"] == RUBBER.finger.length).all()
+    assert frame["error_estimate"].is_monotonic_decreasing
+
+
 def test_a_path_may_start_at_the_touch() -> None:
     wall = fastncm.solve(RUBBER.replace(PLANE | {"path.start": "touch", "path.steps": 10}))
     tip = (0.0254 + 0.1524) * math.cos(1.3) + 0.0085 * math.sin(1.3)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
-from fastncm.sqp.surface import kkt_residual, strain_energy
+from fastncm.sqp.surface import ROUNDING, kkt_residual, strain_energy
 from fastncm.sqp.working_set import solve_chain
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
@@ -85,7 +85,7 @@ def _estimate(problem, d, work, normal, residual):
     for i in range(1, work.size[0] + 1):
         turned = state.psi[i] - state.psi[i - 1]
         shortened += problem.step[i - 1] * turned * turned / 24.0
-    moved = held_off + shortened
+    moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     return SAFETY * stiffness * moved / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
