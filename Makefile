@@ -33,6 +33,7 @@ types: $(DEV) ## type hints
 	$(BIN)/mypy
 
 bench: $(DEV) ## the measurements, one file per question
+	@$(PIP_INSTALL) -e '.[bench]'
 	@for file in bench/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
 
 clean: ## remove the environment and all caches; results/ stays

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fastncm.cases import solve_cases
-    from fastncm.curve import Curve, solve
+    from fastncm.curve import solve
+    from fastncm.curve_base import Curve
     from fastncm.errors import FastNcmError, SceneError, SweepError
     from fastncm.scene import Scene, load_scene
     from fastncm.sweeping import Design, Study, load, sweep
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Curve": "curve",
+    "Curve": "curve_base",
     "Design": "sweeping",
     "FastNcmError": "errors",
     "Scene": "scene",

@@ -9,15 +9,16 @@ import pandas as pd
 
 from fastncm import columns as names
 from fastncm.errors import SceneError
-from fastncm.lowering import Lowered, lower, scale_only_names
+from fastncm.lowering import Lowered, lower
+from fastncm.lowering import scale_only_names as jaw_scale_only_names
 from fastncm.path import reduce
 from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
 from fastncm.scene import CaseGroup, Scene, tabulate
 from fastncm.sqp import status
+from fastncm.surface_cases import solve_surface_cases, surface_scale_only_names
+from fastncm.surface_columns import surface_case_units, surface_curve_units
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
-
-__all__ = ["ChunkResult", "scale_only_names", "solve_cases", "solve_chunk"]
 
 Array = np.ndarray
 _WORDS = np.array(status.WORDS, dtype=object)
@@ -28,8 +29,8 @@ _ADVICE = np.array(status.ADVICE, dtype=object)
 class ChunkResult:
     """Answers to C cases.
 
-    cases: columns of `fastncm.columns.CASE_UNITS`, each (C,), in the order of the cases given.
-    curves: columns of `CURVE_UNITS`, each (C N,), with `case` the index of the case, or None.
+    cases: columns of `case_units`, each (C,), in the order of the cases given.
+    curves: columns of `curve_units`, each (C N,), with `case` the index of the case, or None.
     shape_paths: different dimensionless paths that were solved; solves: shapes; seconds_compiled:
     time inside compiled code. groups: the validated cases that were solved.
     """
@@ -40,6 +41,22 @@ class ChunkResult:
     solves: int
     seconds_compiled: float
     groups: list[CaseGroup]
+
+
+def case_units(scene: Scene) -> dict[str, str]:
+    """Column of the cases table to its unit ("1": a pure number, "": a word)."""
+    return dict(names.CASE_UNITS) if scene.jaw else surface_case_units(scene)
+
+
+def curve_units(scene: Scene) -> dict[str, str]:
+    """Column of a curve to its unit."""
+    return dict(names.CURVE_UNITS) if scene.jaw else surface_curve_units(scene)
+
+
+def scale_only_names(scene: Scene) -> frozenset[str]:
+    """Dotted names that change only the scale of this scene's answers: cases that differ in nothing
+    else share one dimensionless problem."""
+    return jaw_scale_only_names(scene) if scene.jaw else surface_scale_only_names(scene)
 
 
 def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
@@ -85,6 +102,15 @@ def solve_chunk(
     parts: list[dict[str, Array]] = []
     shape_paths, solves, compiled = 0, 0, 0.0
     for group in groups:
+        if group.scene.jaw is None:
+            done = solve_surface_cases(group, curves)
+            for name, values in done.cases.items():
+                cases[name][group.rows] = values
+            parts += done.curves
+            shape_paths += done.shape_paths
+            solves += done.solves
+            compiled += done.seconds_compiled
+            continue
         lowered = lower(group)
         by_design = np.argsort(lowered.problem_of, kind="stable")
         edges = np.searchsorted(lowered.problem_of[by_design], np.arange(len(lowered.jaw) + 1))
@@ -161,7 +187,8 @@ def _fill(
 
 
 def _joined(parts: list[dict[str, Array]]) -> dict[str, Array]:
-    """All curves one behind the other, in the order of the cases."""
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    """All curves one behind the other, in the order of the cases: the columns that all have."""
+    shared = [name for name in parts[0] if all(name in part for part in parts)]
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in shared}
     order = np.argsort(joined["case"], kind="stable")
     return {name: column[order] for name, column in joined.items()}

@@ -1,14 +1,16 @@
-"""One scene along its target's path: forces, shapes, contacts and the located peak."""
+"""One scene along its target's path: forces, shapes, contacts and the located peak.
+
+`solve` for every scene, and the curve of a finger with a jaw.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from fastncm.columns import CURVE_UNITS, curve_columns
-from fastncm.errors import SceneError
+from fastncm.curve_base import Curve, Peak, checked_positions
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
 from fastncm.lowering import Lowered, lower
@@ -18,7 +20,10 @@ from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
 from fastncm.scene import Scene, tabulate
 from fastncm.sqp import status
+from fastncm.surface_curve import solve_surface
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
+
+__all__ = ["Curve", "JawCurve", "Peak", "solve"]
 
 Array = np.ndarray
 
@@ -33,22 +38,18 @@ _EVENT_NAMES = {
 }
 
 
-class Peak(NamedTuple):
-    """The largest insertion force along the path, located, not sampled."""
-
-    position: float  #: of the target, in the unit of the path (m)
-    insertion_force_N: float
-
-
-def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Curve":
-    """Solve `scene` along its path, or at the `positions` (path values, m) in the order given.
+def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> Curve:
+    """Solve `scene` along its path, or at the `positions` (path values, m, or rad where the base
+    turns) in the order given.
 
     What does not converge is a row with a status, not an error. Raises SceneError for positions
     that are not a list of finite numbers.
     """
-    group = tabulate(scene, {})[0]
     if positions is not None:
-        positions = _checked(positions)
+        positions = checked_positions(scene, positions)
+    if scene.jaw is None:
+        return solve_surface(scene, positions)
+    group = tabulate(scene, {})[0]
     lowered = lower(group, positions)
     solved = next(solve_paths(lowered))
     mu, direction = np.array([scene.friction.mu]), lowered.direction
@@ -58,26 +59,12 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Cu
     summarise(solved.trace.rows, count, zero, mu, direction, summary)
     tolerance = kkt_tolerance(scene.solver.rtol)
     refine_peaks(solved.problem, tolerance, solved.trace, zero, mu, direction, summary)
-    return Curve(scene, lowered, solved, summary[0])
-
-
-def _checked(positions: Sequence[float] | Array) -> Array:
-    """The positions as a (N,) array."""
-    try:
-        values = np.asarray(positions, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"positions must be a list of numbers in metres: {error}") from None
-    if values.ndim != 1 or len(values) == 0:
-        raise SceneError(f"positions must be a non-empty list of numbers, got {positions!r}")
-    if not np.isfinite(values).all():
-        bad = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise SceneError(f"positions must be finite, positions[{bad}] is {values[bad]}")
-    return values
+    return JawCurve(scene, lowered, solved, summary[0])
 
 
 @dataclass(frozen=True)
-class Curve:
-    """A scene solved along a path. Rows are counted from 0 in the order of the positions."""
+class JawCurve(Curve):
+    """A scene with a jaw, solved along a path."""
 
     scene: Scene
     _lowered: Lowered
@@ -203,9 +190,7 @@ class Curve:
 
     def _row(self, i: int) -> Array:
         """The trace's row of position `i`; negative ones count from the end."""
-        if not -len(self) <= i < len(self):
-            raise IndexError(f"row {i} is not there: the curve has rows 0 to {len(self) - 1}")
-        row: Array = self._solved.trace.rows[0, i % len(self)]
+        row: Array = self._solved.trace.rows[0, self._place(i)]
         return row
 
     def _angles(self, i: int, s: Array) -> tuple[Array, Array]:

@@ -120,9 +120,10 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
             v["stop"] / length,
         ]
     )
-    different, problem_of = _unique_rows(key)
+    different, problem_of = unique_rows(key)
     ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop = different.T
-    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, rho if scene.jaw.convex else -rho)
+    concave = scene.jaw is not None and not scene.jaw.convex
+    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, -rho if concave else rho)
     target = np.column_stack([radius, y])
     if positions is None:
         kind = c.CIRCLE if scene.target.shape == "circle" else c.BLOCK
@@ -153,7 +154,7 @@ def _or_zero(values: Array) -> Array:
     return np.where(np.isnan(values), 0.0, values)
 
 
-def _unique_rows(key: Array) -> tuple[Array, Array]:
+def unique_rows(key: Array) -> tuple[Array, Array]:
     """The different rows of `key` (C, k) and, for each row, which of them it is. NaNs are equal
     here."""
     if len(key) == 1:

@@ -56,10 +56,10 @@ def test_the_module_is_the_command():
 
 def test_scenes_are_listed(capsys):
     assert run("scenes") == 0
-    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
-        "snapfit-circle",
-        "snapfit-corner",
-    }
+    lines = capsys.readouterr().out.splitlines()
+    names = {line.split()[0] for line in lines if not line.startswith(" ")}
+    assert names == {"rubber-ellipse", "snapfit-circle", "snapfit-corner"}
+    assert "semi-axes" in lines[1]
 
 
 def test_solve_prints_the_curve_and_its_peak(capsys):
@@ -141,7 +141,7 @@ def test_failed_rows_are_counted_and_the_code_is_1(study, tmp_path, capsys, monk
         (["solv"], "invalid choice"),
         (["solve"], "SCENE"),
         (["solve", "snapfit-circel"], "snapfit-circle"),
-        (["solve", "rubber-ellipse"], "not available yet"),
+        (["solve", "rubber-ellipsis"], "did you mean 'rubber-ellipse'"),
         (["solve", "snapfit-circle", "--set", "finger.thicknes=0.003"], "'finger.thickness'"),
         (["solve", "snapfit-circle", "--set", "finger.thickness=abc"], "'abc'"),
         (["solve", "snapfit-circle", "--set", "finger.thickness=-1"], "greater than 0"),

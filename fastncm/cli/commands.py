@@ -11,10 +11,13 @@ from fastncm.cli.inputs import OUT_SUFFIXES, PLOT_SUFFIXES, check_file, settings
 
 def scenes(_: argparse.Namespace) -> int:
     """List the shipped scenes."""
-    from fastncm.scene import shipped_scenes
+    from fastncm.scene import load_scene, shipped_scenes
 
     for name, description in shipped_scenes().items():
         print(f"{name:16} {description}")
+        assumed = load_scene(name).assumed
+        if assumed:
+            print(f"{'':16} assumed: {assumed}")
     return DONE
 
 
@@ -33,6 +36,8 @@ def solve(options: argparse.Namespace) -> int:
     curve = solve_curve(scene)
     frame = curve.frame()
     print(f"{scene.name}: {len(frame)} positions")
+    if scene.assumed:
+        print(f"assumed: {scene.assumed}")
     output.print_curve(curve)
     if options.out:
         output.write_frame(frame, options.out)

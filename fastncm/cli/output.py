@@ -40,7 +40,9 @@ def print_curve(curve: "Curve") -> None:
     if len(rows) < len(frame):
         print(f"({len(rows)} of {len(frame)} positions; --out FILE writes all rows and columns)")
     if np.isfinite(curve.peak.position):
-        print(f"peak: {curve.peak.insertion_force_N:.6g} N at position {curve.peak.position:.7g} m")
+        unit = curve.scene.position_unit
+        force, position = curve.peak.insertion_force_N, curve.peak.position
+        print(f"peak: {force:.6g} N at position {position:.7g} {unit}")
 
 
 def table(frame: "pd.DataFrame") -> str:

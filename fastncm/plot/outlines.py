@@ -10,9 +10,7 @@ ARC_POINTS = 60
 
 def finger_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
     """The finger's sides: half a thickness from the axis, along the section's direction psi."""
-    s = shape["s_m"].to_numpy()
-    ends = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)
-    half = np.interp(s, [0.0, scene.finger.length], ends) / 2
+    half = np.interp(shape["s_m"], *np.transpose(scene.finger.stations)) / 2
     axis = shape[["x_m", "y_m"]].to_numpy()
     psi = shape["psi_rad"].to_numpy()
     across = half[:, None] * np.column_stack([-np.sin(psi), np.cos(psi)])
@@ -20,8 +18,13 @@ def finger_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
 
 
 def jaw_outline(scene: Scene, shape: pd.DataFrame) -> np.ndarray:
-    """The jaw, carried along by the tip's section: its contour from a to b, closed at the tip."""
-    thickness = np.broadcast_to(np.asarray(scene.finger.thickness, dtype=float), 2)[1]
+    """The jaw, carried along by the tip's section: its contour from a to b, closed at the tip.
+
+    Shape (0, 2) where there is none.
+    """
+    if scene.jaw is None:
+        return np.empty((0, 2))
+    thickness = scene.finger.stations[-1][1]
     tip = np.array([scene.finger.length, 0.0])
     foot = [[scene.finger.length, -thickness / 2], [scene.finger.length, thickness / 2]]
     undeformed = np.concatenate([contour(scene.jaw), foot]) - tip
@@ -49,9 +52,26 @@ def contour(jaw: Jaw) -> np.ndarray:
 
 
 def target_outline(scene: Scene, position: float, reach: float) -> np.ndarray:
-    """The target at a position: the circle, or the block's part within `reach` m of its corner."""
-    reference = np.array([position, scene.path.y])
-    if scene.target.shape == "block":
-        return reference + reach * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    angles = np.linspace(0, 2 * np.pi, 181)
-    return reference + scene.target.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    """The target at a position (m, or rad where the base turns).
+
+    Of a block or a half-plane the part within `reach` m of its corner or reference point.
+    """
+    target, pose = scene.target, scene.pose(position)
+    turn = np.array(
+        [
+            [np.cos(target.tilt), np.sin(target.tilt)],
+            [-np.sin(target.tilt), np.cos(target.tilt)],
+        ]
+    )
+    if target.shape == "block":
+        outline = reach * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    elif target.shape == "half-plane":
+        outline = reach * np.array([[-1, 0], [-1, -1], [1, -1], [1, 0]]) @ turn
+    elif target.shape == "polygon":
+        outline = np.array(target.vertices)
+    else:
+        axes = target.semi_axes or (target.radius, target.radius)
+        angles = np.linspace(0, 2 * np.pi, 181)
+        outline = axes * np.column_stack([np.cos(angles), np.sin(angles)]) @ turn
+    shifted: np.ndarray = outline + [pose.target_x, pose.target_y]
+    return shifted

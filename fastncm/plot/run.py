@@ -11,8 +11,9 @@ from fastncm.errors import SweepError
 from fastncm.plot.chart import LINES, by_importance, chosen, line_chart, map_chart
 from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mark_peak
 from fastncm.plot.scatter import scatter_figure
-from fastncm.plot.shapes import draw_shapes, height_of_line, shapes_figure
+from fastncm.plot.shapes import draw_shapes, height_of_shapes, shapes_figure
 from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
+from fastncm.plot.surface import surface_figure, surface_pictures
 from fastncm.scene import Scene
 from fastncm.sweeping.grid import Grid
 from fastncm.sweeping.read import load, read_study
@@ -46,19 +47,23 @@ def plot_run(out: str | os.PathLike[str]) -> list[Path]:
         middle = _median_case(study, out)
     curve = solve(_scene(study, middle))
     pictures.append(save(shapes_figure(curve, snapshot_rows(curve)), out / "shapes.png"))
+    if curve.scene.jaw is None:
+        pictures += surface_pictures(curve, out)
     return pictures
 
 
 def plot_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
     """Draw one curve: the force, its located peak, and snapshots of the finger."""
+    if curve.scene.jaw is None:
+        return save(surface_figure(curve), Path(file))
     rows = snapshot_rows(curve)
-    heights = [2.8, 2 * height_of_line(curve, rows, 4.0)]
+    heights = [2.8, height_of_shapes(curve, rows, 8.0)]
     figure = empty_figure(8.0, sum(heights))
     top, below = np.ravel(figure.subfigures(2, 1, squeeze=False, height_ratios=heights))
     ax = top.subplots()
     open_frame(ax)
     draw_curve(ax, curve)
-    label_force_axes(ax)
+    label_force_axes(ax, curve)
     mark_peak(ax, curve)
     draw_shapes(below, curve, rows)
     return save(figure, Path(file))

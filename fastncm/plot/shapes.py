@@ -1,41 +1,55 @@
-"""Deformed fingers at chosen positions of the target (Lan & Lee 2008, Figs. 13, 14)."""
+"""Deformed fingers at chosen positions of the target (Lan & Lee 2008, Figs. 5, 13, 14)."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Polygon
 
 from fastncm.curve import Curve
 from fastncm.plot.outlines import finger_outline, jaw_outline, target_outline
-from fastncm.plot.style import GREY, MARK, empty_figure, open_frame, shown, subtitle
+from fastncm.plot.style import (
+    GREY,
+    MARK,
+    empty_figure,
+    open_frame,
+    position_name,
+    shown,
+    subtitle,
+)
 
 FINGER = "#7fa8c9"
 TARGET = "0.86"
-TARGET_HEIGHT = 0.2  # what is shown of the target above path.y, in finger lengths at most
+TARGET_HEIGHT = 0.2  # what is shown of a jaw's target above path.y, in finger lengths at most
+TARGET_MARGIN = 0.3  # what is shown of a target around a finger in direct contact, likewise
 ARROW = 0.25  # length of the longest contact force, in finger lengths
+HATCH = 0.1  # half the width of the clamp's line, in finger lengths
 
 
 def shapes_figure(curve: Curve, rows: Sequence[int]) -> Figure:
-    """Snapshots at the given rows, two in a line."""
-    lines = -(-len(rows) // 2)
-    figure = empty_figure(8.0, lines * height_of_line(curve, rows, 4.0))
+    """Snapshots at the given rows."""
+    figure = empty_figure(8.0, height_of_shapes(curve, rows, 8.0))
     draw_shapes(figure, curve, rows)
     return figure
 
 
-def height_of_line(curve: Curve, rows: Sequence[int], width: float) -> float:
-    """Height in inches that a snapshot `width` inches wide needs, with its labels."""
+def height_of_shapes(curve: Curve, rows: Sequence[int], width: float) -> float:
+    """Height in inches that the snapshots need on `width` inches, with their labels."""
     (left, right), (bottom, top) = _window(curve, rows)
-    return 0.7 + (width - 0.6) * (top - bottom) / (right - left)
+    columns = _columns(curve, rows)
+    lines = -(-len(rows) // columns)
+    return lines * (0.7 + (width / columns - 0.6) * (top - bottom) / (right - left))
 
 
 def draw_shapes(figure: Figure | SubFigure, curve: Curve, rows: Sequence[int]) -> None:
-    """Snapshots, two in a line, in one window and with the forces to one scale."""
-    axes = figure.subplots(-(-len(rows) // 2), 2, squeeze=False, sharex=True, sharey=True)
-    frame = curve.frame().iloc[list(rows)]
-    largest = np.nanmax(np.hypot(frame["force_x_N"], frame["force_y_N"]), initial=0.0)
+    """Snapshots in one window and with the forces to one scale."""
+    columns = _columns(curve, rows)
+    axes = figure.subplots(
+        -(-len(rows) // columns), columns, squeeze=False, sharex=True, sharey=True
+    )
+    largest = max((_largest_arrow(curve, row) for row in rows), default=0.0)
     scale = ARROW * curve.scene.finger.length / largest if largest > 0 else 0.0
     window = _window(curve, rows)
     for ax, row in zip(axes.flat, rows, strict=False):
@@ -60,22 +74,71 @@ def draw_shape(ax: Axes, curve: Curve, row: int, force_scale: float) -> None:
     result = curve.frame().iloc[row]
     target = target_outline(scene, result["position"], reach=2 * scene.finger.length)
     ax.add_patch(Polygon(1e3 * target, facecolor=TARGET, edgecolor=GREY, linewidth=0.8))
-    for outline in (finger_outline(scene, shape), jaw_outline(scene, shape)):
+    outlines = [finger_outline(scene, shape)]
+    if scene.jaw is not None:
+        outlines.append(jaw_outline(scene, shape))
+    for outline in outlines:
         ax.add_patch(Polygon(1e3 * outline, facecolor=FINGER, edgecolor="black", linewidth=0.6))
-    clamp = 1e3 * scene.finger.length * np.array([-0.1, 0.1])
-    ax.plot([0, 0], clamp, color="black", linewidth=2)
-    for contact in curve.contacts(row).itertuples():
-        point = np.array([contact.x_m, contact.y_m])
-        force = force_scale * np.array([contact.force_x_N, contact.force_y_N])
+    _draw_clamp(ax, curve, result["position"])
+    _draw_forces(ax, curve, row, force_scale)
+    subtitle(ax, _title(curve, result["position"], result))
+
+
+def _title(curve: Curve, position: float, result: object) -> str:
+    """Where the snapshot is on the path, and the force there."""
+    unit = position_name(curve.scene)
+    at = f"{shown(unit, position):.2f}"
+    where = f"φ = {at}°" if unit == "base_angle" else f"target at {at} mm"
+    if curve.scene.jaw is None:
+        force = np.hypot(result["force_x_N"], result["force_y_N"])  # type: ignore[index]
+        return f"{where}\ncontact force {force:.4g} N"
+    force_N = round(result["insertion_force_N"], 3) + 0.0  # type: ignore[index]  # no -0.000
+    return f"{where}, insertion force {force_N:.3f} N"
+
+
+def _draw_clamp(ax: Axes, curve: Curve, position: float) -> None:
+    """The base as a line across the clamp, and the arm from its pivot."""
+    finger, angle = curve.scene.finger, curve.scene.pose(position).base_angle
+    along = np.array([np.cos(angle), np.sin(angle)])
+    across = HATCH * finger.length * np.array([-along[1], along[0]])
+    clamp = finger.offset * along
+    ax.plot(*(1e3 * np.array([clamp - across, clamp + across])).T, color="black", linewidth=2)
+    if finger.offset:
+        ax.plot(*(1e3 * np.array([[0.0, 0.0], clamp])).T, color="black", linewidth=1)
+        ax.plot(0, 0, "o", color="black", markersize=3)
+
+
+def _draw_forces(ax: Axes, curve: Curve, row: int, scale: float) -> None:
+    """One contact is an arrow that begins at its point; several are lines that end there, as the
+    load that they are."""
+    contacts = curve.contacts(row)
+    points = 1e3 * contacts[["x_m", "y_m"]].to_numpy()
+    forces = 1e3 * scale * contacts[["force_x_N", "force_y_N"]].to_numpy()
+    if curve.scene.jaw is None:
+        lines = np.stack([points - forces, points], axis=1)
+        ax.add_collection(LineCollection(list(lines), colors=[MARK], linewidths=0.8))
+        ax.plot(*(points - forces).T, color=MARK, linewidth=0.8)
+        return
+    for point, force in zip(points, forces, strict=True):
         ax.annotate(
             "",
-            xy=tuple(1e3 * (point + force)),
-            xytext=tuple(1e3 * point),
+            xy=tuple(point + force),
+            xytext=tuple(point),
             arrowprops={"arrowstyle": "-|>", "color": MARK, "linewidth": 1.2, "shrinkA": 0},
         )
-    at = f"target at {shown('position', result['position']):.2f} mm"
-    force_N = round(result["insertion_force_N"], 3) + 0.0  # no -0.000
-    subtitle(ax, f"{at}, insertion force {force_N:.3f} N")
+
+
+def _largest_arrow(curve: Curve, row: int) -> float:
+    """The largest force at a contact point of a row, in N."""
+    contacts = curve.contacts(row)
+    forces = np.hypot(*contacts[["force_x_N", "force_y_N"]].to_numpy().T)
+    return float(np.nanmax(forces, initial=0.0))
+
+
+def _columns(curve: Curve, rows: Sequence[int]) -> int:
+    """Snapshots in a line: two, or four where they are narrow."""
+    (left, right), (bottom, top) = _window(curve, rows)
+    return 2 if top - bottom < 1.3 * (right - left) else 4
 
 
 def _window(curve: Curve, rows: Sequence[int]) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -87,6 +150,15 @@ def _window(curve: Curve, rows: Sequence[int]) -> tuple[tuple[float, float], tup
     )
     margin = 0.08 * scene.finger.length
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    if scene.jaw is None:
+        near = TARGET_MARGIN * scene.finger.length
+        positions = curve.frame()["position"].iloc[list(rows)]
+        targets = np.concatenate([target_outline(scene, x, scene.finger.length) for x in positions])
+        wide = np.stack([targets.min(axis=0) - margin, targets.max(axis=0) + margin])
+        low = np.minimum(low, np.maximum(wide[0], low - near))
+        high = np.maximum(high, np.minimum(wide[1], high + near))
+        low, high = np.minimum(low, -margin), np.maximum(high, margin)  # the pivot
+        return (1e3 * low[0], 1e3 * high[0]), (1e3 * low[1], 1e3 * high[1])
     shown_of_target = min(scene.target.radius or np.inf, TARGET_HEIGHT * scene.finger.length)
     target_top = scene.path.y + shown_of_target + margin
     low, high = 1e3 * low, 1e3 * np.maximum(high, [0.0, target_top])

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fastncm.scene import unit_of
+from fastncm.scene import Scene, unit_of
+from fastncm.scene.kinds import is_number
 
 DOTS_PER_INCH = 150
 GREY = "0.55"
@@ -33,14 +34,31 @@ WORDS = {
     "insertion_work_J": "insertion work",
     "insertion_force_N": "insertion force",
     "position": "target position",
+    "base_angle": "direction of the base φ",
+    "finger.offset": "distance of the clamp from the pivot",
+    "finger.poisson": "Poisson's ratio ν",
+    "finger.shear_modulus": "shear modulus G",
+    "path.y": "height of the target y",
+    "path.x": "x of the target at φ = 90°",
+    "path.speed_ratio": "speed ratio of the target",
+    "path.angle": "direction of the base",
+    "target.semi_axes": "semi-axes",
+    "target.tilt": "tilt of the target",
+    "solver.intervals": "intervals N",
 }
 RESULT_UNITS = {
     "peak_force_N": "N",
     "insertion_force_N": "N",
     "peak_position": "m",
     "position": "m",
+    "base_angle": "rad",
     "insertion_work_J": "J",
 }
+
+
+def position_name(scene: Scene) -> str:
+    """What a scene's positions are: "position", of the target, or "base_angle"."""
+    return "base_angle" if scene.position_unit == "rad" else "position"
 
 
 def new_figure(
@@ -90,9 +108,11 @@ def title(name: str) -> str:
 
 def value_label(name: str, value: object) -> str:
     """One value of a quantity for a legend, with its unit."""
-    if isinstance(value, str | bool | tuple | list):
+    numbers = value if isinstance(value, tuple | list) else (value,)
+    if not all(map(is_number, numbers)):
         return f"{name} = {value}"
-    return f"{float(shown(name, value)):.4g} {_display(name)[1]}".strip()
+    words = ", ".join(f"{number:.4g}" for number in np.ravel(shown(name, numbers)))
+    return f"{words if len(numbers) == 1 else f'({words})'} {_display(name)[1]}".strip()
 
 
 def sequence_colours(n: int) -> Sequence[tuple[float, float, float, float]]:
@@ -108,6 +128,20 @@ def subtitle(ax: Axes, text: str) -> None:
 def legend(ax: Axes, heading: str) -> None:
     """A legend without a box."""
     ax.legend(title=heading, frameon=False, fontsize=8, title_fontsize=8)
+
+
+def legend_above(ax: Axes) -> None:
+    """A legend in one line above the axes, where no curve runs."""
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=4,
+        frameon=False,
+        fontsize=8,
+        columnspacing=1.2,
+        handlelength=1.6,
+        borderaxespad=0.2,
+    )
 
 
 def _display(name: str) -> tuple[float, str]:

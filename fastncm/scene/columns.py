@@ -60,7 +60,8 @@ def option_values(option: Option, column: Column) -> tuple[list[object], IntArra
     values: list[object] = []
     known: dict[tuple[type, object], int] = {}  # by type too: True is not 1
     codes = np.empty(len(entries), dtype=np.int64)
-    for case, entry in enumerate(entries):
+    for case, raw in enumerate(entries):
+        entry = _frozen(raw)
         key = (type(entry), entry)
         try:
             codes[case] = known[key]
@@ -68,11 +69,18 @@ def option_values(option: Option, column: Column) -> tuple[list[object], IntArra
             try:
                 value = option.kind.parse(entry)
             except ValueError as error:
-                raise refusal(option.name, entry, str(error), _case(column, case)) from None
+                raise refusal(option.name, raw, str(error), _case(column, case)) from None
             if value not in values:
                 values.append(value)
             codes[case] = known[key] = values.index(value)
     return values, codes
+
+
+def _frozen(entry: object) -> object:
+    """Lists and arrays as nested tuples, which can be looked up."""
+    if isinstance(entry, np.ndarray):
+        entry = entry.tolist()
+    return tuple(map(_frozen, entry)) if isinstance(entry, list | tuple) else entry
 
 
 def _all_plain_numbers(entries: list[object]) -> bool:
@@ -121,7 +129,8 @@ def _is_blank(quantity: Quantity, entry: object) -> bool:
 def _refuse(quantity: Quantity, column: Column, case: int) -> SceneError:
     expected = quantity.allowed.words
     if not quantity.scalar:
-        expected = "a pair [x, y] of finite numbers"
+        limits = quantity.allowed.words.removeprefix("a finite number")
+        expected = f"a pair [x, y] of finite numbers{limits}"
     elif len(quantity.keys) > 1:
         expected += ", or a pair [clamp, tip] of them"
     if isinstance(quantity.blank, str):

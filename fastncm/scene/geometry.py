@@ -1,7 +1,10 @@
-"""Rules between several quantities of a case: the jaw's end points, its arc, the path's ends.
+"""Rules between several values of a case: the jaw's end points, its arc, the path's ends.
 
-`values` maps the keys of names.py to arrays over the cases, each (C,) or (1,).
+`values` maps the keys of names.py to arrays over the cases, each (C,) or (1,); `options` the
+dotted names to their values.
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +14,9 @@ from fastncm.scene.columns import FloatArray, IntArray
 from fastncm.scene.refusal import refusal
 
 Values = dict[str, FloatArray]
+
+#: A profile may end this much (relative) beside the finger's tip: a length in other digits.
+_ROUNDED = 1e-9
 
 
 def move_jaw(values: Values, rows: IntArray) -> None:
@@ -68,8 +74,26 @@ def check_jaw(values: Values, rows: IntArray) -> None:
         )
 
 
-def check_path(values: Values, rows: IntArray) -> None:
-    """The path leads somewhere; a start at the first touch (NaN) always does."""
+def check_profile(values: Values, options: Mapping[str, object], rows: IntArray) -> None:
+    """A thickness profile covers the finger, no more and no less."""
+    profile = options.get("finger.profile")
+    if not isinstance(profile, tuple):
+        return
+    end, length = profile[-1][0], values["length"]
+    _require(
+        np.abs(end - length) <= _ROUNDED * length,
+        "finger.profile",
+        np.array([end]),
+        f"a table over s from 0 to finger.length = {length[0]:g}; it ends at s = {end:g}",
+        rows,
+    )
+
+
+def check_path(values: Values, options: Mapping[str, object], rows: IntArray) -> None:
+    """The path leads somewhere; a start at the first touch (NaN) always does, but is for targets
+    that come from afar, not for a base that turns."""
+    if options.get("path.kind") == "rotation" and np.isnan(values["start"]).any():
+        raise refusal("path.start", "touch", "an angle in rad where path.kind = 'rotation'")
     _require(
         values["start"] != values["stop"],
         "path.stop",

@@ -17,9 +17,10 @@ from fastncm.scene.columns import (
     option_values,
     quantity_arrays,
 )
-from fastncm.scene.geometry import Values, check_jaw, check_path, move_jaw
+from fastncm.scene.geometry import Values, check_jaw, check_path, check_profile, move_jaw
 from fastncm.scene.kinds import Word
 from fastncm.scene.names import (
+    DIRECT,
     OPTION,
     OPTIONS,
     QUANTITIES,
@@ -28,7 +29,9 @@ from fastncm.scene.names import (
     Quantity,
     belongs,
     check_name,
+    foreign_to,
 )
+from fastncm.scene.refusal import refusal
 
 
 @dataclass(frozen=True)
@@ -57,14 +60,17 @@ def resolve(base: Mapping[str, object], columns: Mapping[str, object]) -> list[G
         for name, column in given.items()
         if name in QUANTITY
     }
+    base = _without_replaced(base, given)
     groups = []
     for options, rows in _by_options(base, given, arrays, count):
         for name in given:
             _require_owned(name, options)
         values = _values(base, arrays, options, rows, count)
-        move_jaw(values, rows)
-        check_jaw(values, rows)
-        check_path(values, rows)
+        if options["jaw.shape"] != "none":
+            move_jaw(values, rows)
+            check_jaw(values, rows)
+        check_profile(values, options, rows)
+        check_path(values, options, rows)
         groups.append(Group(options, rows, values))
     return groups
 
@@ -94,6 +100,33 @@ def _count(given: Mapping[str, Column]) -> int:
     return next(iter(counts.values()), 1)
 
 
+def _without_replaced(
+    base: Mapping[str, object], given: Mapping[str, Column]
+) -> Mapping[str, object]:
+    """The base without what the given columns say in another way.
+
+    Of a quantity and the option that may stand in its place, a new one drops the old one; both at
+    once are refused. Another kind of path drops the old positions: angles are no lengths.
+    """
+    dropped = set()
+    turned = base.get("path.kind") == "rotation"
+    other = any(kind != base.get("path.kind") for kind in given.get("path.kind", ()))
+    if other or (turned and any(shape != "none" for shape in given.get("jaw.shape", ()))):
+        dropped |= {"path.start", "path.stop"}
+    for quantity in QUANTITIES:
+        if quantity.instead is None:
+            continue
+        if quantity.name in given and quantity.instead in given:
+            raise SceneError(
+                f"{quantity.name} and {quantity.instead} cannot be given together: "
+                "each says what the other says",
+                name=quantity.instead,
+            )
+        if quantity.name in given:
+            dropped.add(quantity.instead)
+    return {name: value for name, value in base.items() if name not in dropped}
+
+
 def _by_options(
     base: Mapping[str, object],
     given: Mapping[str, Column],
@@ -107,7 +140,7 @@ def _by_options(
     for option in OPTIONS:
         if option.name in given:
             choices[option.name], codes[option.name] = option_values(option, given[option.name])
-        elif option.name in base:
+        elif base.get(option.name) is not None:
             shared[option.name] = option_values(option, [base[option.name]])[0][0]
     if "path.start" in arrays:  # to start at the first touch is a choice, too
         codes["path.start"] = np.isnan(arrays["path.start"][0]).astype(np.int64)
@@ -131,10 +164,26 @@ def _complete_options(options: dict[str, object]) -> dict[str, object]:
     complete: dict[str, object] = {}
     for option in OPTIONS:
         if belongs(option, options):
-            if option.name not in options:
+            if option.name in options:
+                _require_allowed(option, options)
+                complete[option.name] = options[option.name]
+            elif not option.optional:
                 raise _missing(option)
-            complete[option.name] = options[option.name]
     return complete
+
+
+def _require_allowed(option: Option, options: Mapping[str, object]) -> None:
+    """Refuse a word that only other scenes may choose."""
+
+    def allowed(word: str) -> bool:
+        owner = option.limited.get(word)
+        return owner is None or options.get(owner[0]) in owner[1:]
+
+    value = options[option.name]
+    if isinstance(option.kind, Word) and not allowed(str(value)):
+        words = " or ".join(f"'{word}'" for word in option.kind.words if allowed(word))
+        reason = option.limited[str(value)][0]
+        raise refusal(option.name, value, f"{words} where {reason} = '{options.get(reason)}'")
 
 
 def _values(
@@ -162,11 +211,14 @@ def _values(
 
 def _require_owned(name: str, options: Mapping[str, object]) -> None:
     """Refuse a given name that these shapes do not have."""
-    item = QUANTITY.get(name) or OPTION[name]
-    if item.owner is not None and not belongs(item, options):
-        shape, word = item.owner
+    unmet = foreign_to(QUANTITY.get(name) or OPTION[name], options)
+    if unmet is not None:
+        shape, *words = unmet
+        listed = " or ".join(f"'{word}'" for word in words)
+        if unmet == DIRECT:
+            listed += " (the finger's own side touches)"
         raise SceneError(
-            f"{name} does not belong to this scene: it is for {shape} = '{word}', "
+            f"{name} does not belong to this scene: it is for {shape} = {listed}, "
             f"not '{options.get(shape)}'",
             name=name,
         )

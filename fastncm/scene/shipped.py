@@ -9,10 +9,6 @@ from fastncm.scene.files import read_toml
 from fastncm.scene.refusal import nearest
 
 FOLDER = Path(__file__).parent.parent / "scenes"
-NOT_AVAILABLE = {
-    "rubber-ellipse": "the scene rubber-ellipse is not available yet: "
-    "contact on the finger's own side is still to come",
-}
 
 
 def shipped_scenes() -> dict[str, str]:
@@ -29,8 +25,6 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     names = [path.stem for path in FOLDER.glob("*.toml")]
     if name in names:
         return _load_file(FOLDER / f"{name}.toml")
-    if name in NOT_AVAILABLE:
-        raise SceneError(NOT_AVAILABLE[name])
     if Path(name).suffix == ".toml" or Path(name).exists():
         return _load_file(Path(name))
     raise SceneError(f"no scene and no file is called '{name}'; {nearest(name, sorted(names))}")

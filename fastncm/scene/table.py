@@ -18,7 +18,8 @@ class CaseGroup:
     """Cases that share all options, so that one compiled problem type serves them.
 
     The options: all of `model`, `friction.model`, `solver`, the shapes of jaw and target,
-    `jaw.convex`, `path.steps`, and whether the path starts at the first touch.
+    `jaw.convex`, `finger.side`, `finger.profile`, `target.vertices`, `path.kind`, `path.steps`, and
+    whether the path starts at the first touch.
     """
 
     scene: Scene  # the first of the cases; its options hold for all
@@ -32,14 +33,16 @@ def tabulate(
     """Validate C cases, the scene with one entry of each column applied, and group them.
 
     `columns`: dotted name to C entries; without columns there is one case, the scene itself.
-    `values` holds, in m, Pa and 1: length, thickness_clamp, thickness_tip, width, young, poisson,
-    shear_modulus, a_x, a_y, b_x, b_y, jaw_radius (NaN for a segment), target_radius (NaN for a
-    block), start (NaN for "touch"), stop, y, mu. Raises SceneError naming name, value and case.
+    `values` holds, in m, Pa, rad and 1, and NaN where a case has no such value: length,
+    thickness_clamp, thickness_tip (the ends of a profile), width, young, poisson, shear_modulus,
+    mu; of a jaw a_x, a_y, b_x, b_y, jaw_radius; of the target target_radius, semi_x, semi_y, tilt;
+    of the path start (NaN for "touch"), stop, y; of direct contact offset, path_angle, path_x,
+    speed_ratio. Raises SceneError naming name, value and case.
     """
     groups = resolve(DEFAULTS | scene.flat(), columns)
     return [
         CaseGroup(
-            scene=Scene.from_flat(scene.name, scene.description, first_case(group)),
+            scene=Scene.from_flat(scene.headings(), first_case(group)),
             rows=group.rows,
             values=_filled(group),
         )
@@ -51,6 +54,10 @@ def _filled(group: Group) -> Values:
     """All keys, each (n,): shapes that are not there are NaN, the shear modulus is worked out."""
     values = {key: np.array([np.nan]) for quantity in QUANTITIES for key in quantity.keys}
     values |= group.values
+    profile = group.options.get("finger.profile")
+    if isinstance(profile, tuple):
+        values["thickness_clamp"] = np.array([profile[0][1]])
+        values["thickness_tip"] = np.array([profile[-1][1]])
     shear = values["shear_modulus"]
     isotropic = values["young"] / (2 * (1 + values["poisson"]))
     values["shear_modulus"] = np.where(np.isnan(shear), isotropic, shear)

@@ -1,6 +1,8 @@
 """What a solve can end with: a number in compiled code, a word and a sentence of advice outside."""
 
 CONVERGED, NO_CONTACT, MAX_ITERATIONS, INFEASIBLE, NO_EQUILIBRIUM, NUMERICAL_ERROR = range(6)
+#: More reasons, each with the word of its kind.
+SPREAD_CONTACT = 6
 
 #: Word for each status number, as it stands in the tables.
 WORDS = (
@@ -10,6 +12,7 @@ WORDS = (
     "infeasible",
     "no_equilibrium",
     "numerical_error",
+    "no_equilibrium",
 )
 
 #: What the engineer can do about it, for each status number.
@@ -24,4 +27,6 @@ ADVICE = (
     "the path has passed a limit point.",
     "The arithmetic broke down here (overflow or a singular system): check for extreme ratios of "
     "lengths or stiffnesses in the scene.",
+    "The paper's friction rule (14)-(17) has one moment equation and needs a single contact point; "
+    "here several points touch: use friction.model = 'equilibrium'.",
 )

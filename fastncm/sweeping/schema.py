@@ -9,8 +9,8 @@ import numpy as np
 import pyarrow as pa
 
 from fastncm import __version__
-from fastncm.columns import CASE_UNITS, CURVE_UNITS
-from fastncm.scene import unit_of
+from fastncm.cases import case_units, curve_units
+from fastncm.scene import Scene
 from fastncm.sweeping.study import Study
 
 PACKAGES = ("numba", "numpy", "pyarrow", "joblib")
@@ -27,32 +27,34 @@ def metadata(study: Study) -> dict[str, str]:
     return {"study": json.dumps(study.to_dict()), "versions": json.dumps(versions())}
 
 
-def results_table(keys: np.ndarray, cases: Mapping[str, np.ndarray]) -> pa.Table:
+def results_table(scene: Scene, keys: np.ndarray, cases: Mapping[str, np.ndarray]) -> pa.Table:
     """The results of C cases with the cases' identities: all that a worker sends back.
 
     keys: shape (C,); cases: result columns as `solve_chunk` returns them, each (C,).
     """
     columns = {"case_key": (pa.array(keys), "1")}
-    return _table(columns | _results(cases, CASE_UNITS))
+    return _table(columns | _results(cases, case_units(scene)))
 
 
 def cases_table(study: Study, case_ids: np.ndarray, results: pa.Table) -> pa.Table:
     """`case_id`, the axes under their dotted names, and the results, each of shape (C,)."""
     axes = study.cases.arrow_columns(case_ids)
     columns = {"case_id": (pa.array(case_ids), "1")}
-    table = _table(columns | {name: (axis, unit_of(name)) for name, axis in axes.items()})
+    table = _table(
+        columns | {name: (axis, study.scene.unit_of(name)) for name, axis in axes.items()}
+    )
     for field in results.schema:
         table = table.append_column(field, results[field.name])
     return table
 
 
-def curves_table(case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.Table:
+def curves_table(scene: Scene, case_ids: np.ndarray, curves: Mapping[str, np.ndarray]) -> pa.Table:
     """`case_id` and the columns of `Curve.frame()`, one row per case and position.
 
     curves: columns of shape (rows,); its "case" counts within `case_ids`, shape (C,).
     """
     columns = {"case_id": (pa.array(case_ids[curves["case"]]), "1")}
-    return _table(columns | _results(curves, CURVE_UNITS))
+    return _table(columns | _results(curves, curve_units(scene)))
 
 
 def _results(

@@ -84,9 +84,9 @@ def run_task(task: Task) -> Finished:
     result = solve_chunk(task.scene, task.columns, curves=curves)
     packed, curves_rows = None, 0
     if result.curves is not None:
-        table = curves_table(task.case_ids, result.curves)
+        table = curves_table(task.scene, task.case_ids, result.curves)
         packed, curves_rows = _packed(table.replace_schema_metadata(task.metadata)), table.num_rows
-    results = results_table(case_keys(result.groups), result.cases)
+    results = results_table(task.scene, case_keys(result.groups), result.cases)
     return Finished(
         case_ids=task.case_ids,
         results=results,

@@ -42,6 +42,8 @@ def test_axis_labels_carry_page_units():
     assert label("friction.mu") == "friction coefficient μ"
     assert shown("jaw.lead_angle", np.pi / 6) == pytest.approx(30)
     assert value_label("jaw.height", 0.0089) == "8.9 mm"
+    assert value_label("finger.thickness", (0.03, 0.017)) == "(30, 17) mm"
+    assert value_label("model.shear", True) == "model.shear = True"
     assert value_label("model.section", "psi") == "model.section = psi"
 
 

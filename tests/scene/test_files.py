@@ -48,7 +48,7 @@ def test_a_file_gives_its_name_and_the_defaults(scene_file):
 
 
 def test_shipped_scenes_have_the_numbers_of_the_paper():
-    assert list(shipped_scenes()) == ["snapfit-circle", "snapfit-corner"]
+    assert list(shipped_scenes()) == ["rubber-ellipse", "snapfit-circle", "snapfit-corner"]
     assert all(shipped_scenes().values())
     circle, corner = load_scene("snapfit-circle"), load_scene("snapfit-corner")
     assert circle.finger == corner.finger
@@ -114,9 +114,17 @@ def test_unknown_scenes_point_to_the_nearest():
         load_scene("snapfit-cirlce")
 
 
-def test_the_rubber_finger_is_still_to_come():
-    with pytest.raises(SceneError, match="rubber-ellipse is not available yet"):
-        load_scene("rubber-ellipse")
+def test_the_rubber_finger_has_the_numbers_of_the_paper_and_says_what_is_assumed():
+    scene = load_scene("rubber-ellipse")
+    finger, path = scene.finger, scene.path
+    assert scene.jaw is None
+    assert (finger.young, finger.shear_modulus, finger.poisson) == (4.8e6, 1.71e6, 0.4)
+    assert (finger.width, finger.thickness) == (0.025, (0.030, 0.017))
+    assert (finger.length, finger.offset, finger.side) == (0.1524, 0.0254, "right")
+    assert (scene.target.semi_axes, path.y) == ((0.09906, 0.06731), 0.12065)
+    assert (scene.model.shear, scene.solver.intervals) == (True, 90)
+    for word in ("semi-axes", "0.0254", "0.1524", "right"):
+        assert word in scene.assumed
 
 
 def test_files_that_cannot_be_read(tmp_path):

@@ -3,11 +3,12 @@
 import pytest
 
 from fastncm.errors import SceneError
-from fastncm.scene import check_name, load_scene, scene_names, unit_of
+from fastncm.scene import check_name, load_scene, scene_names, shipped_scenes, unit_of
 
 
 def test_every_stored_value_has_a_name():
-    for scene in (load_scene("snapfit-circle"), load_scene("snapfit-corner")):
+    for name in shipped_scenes():
+        scene = load_scene(name)
         assert set(scene.flat()) <= set(scene_names())
 
 
@@ -18,6 +19,8 @@ def test_every_stored_value_has_a_name():
         ("finger.young", "Pa"),
         ("jaw.lead_angle", "rad"),
         ("friction.mu", "1"),
+        ("finger.profile", "m"),
+        ("path.speed_ratio", "m/rad"),
         ("solver.order", "1"),
     ],
 )
@@ -43,9 +46,3 @@ def test_misspelt_name_points_to_the_nearest(wrong, right):
 def test_a_word_without_a_neighbour_lists_the_names():
     with pytest.raises(SceneError, match=r"known: finger\.length, .*solver\.rtol"):
         check_name("qqqqqq")
-
-
-@pytest.mark.parametrize("name", ["solver.intervals", "target.semi_axes"])
-def test_names_of_later_scenes_say_so(name):
-    with pytest.raises(SceneError, match=f"{name} is known but not available yet"):
-        check_name(name)

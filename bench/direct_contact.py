@@ -1,0 +1,212 @@
+"""Direct contact: what do N intervals cost and give, and how far is the beam from finite elements?
+
+Three tables and a picture:
+
+1. over N: energy and force at four angles of rubber-ellipse against those of the largest N, with
+   the rates at which they converge; iterations and time of the whole path, and the slope of the
+   time on log-log axes (1: O(N) a solve, with as many iterations at any N);
+2. against data/fem_ellipse.csv (plane stress, Hencky): a shorter finger on a smaller ellipse, the
+   section turned by psi, by psi + gamma as the paper prints it, and without shear.
+"""
+
+import math
+import time
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from support import DATA, RESULTS, ROOT, print_table, write_json
+
+import fastncm
+from fastncm.plot.style import empty_figure, legend, open_frame, save
+from fastncm.scene import Scene, tabulate
+from fastncm.surface import lower_surface, solve_surfaces
+
+SCENE = fastncm.load_scene("rubber-ellipse")
+INTERVALS = (45, 90, 180, 360, 720, 1440, 2880, 5760)
+LARGEST = 10_000
+DEGREES = (120, 108, 96, 84)
+TIMED_FROM = 90
+ROUNDS = 3
+SMALL = {
+    "finger.length": 0.127,
+    "finger.offset": 0.0635,
+    "target.semi_axes": [0.04953, 0.033655],
+    "path.start": math.radians(84.0),
+    "path.stop": math.radians(102.0),
+    "path.steps": 37,
+    "solver.intervals": 720,
+}
+"""The scene of the finite elements; the base turns the other way, from no contact."""
+MODELS: dict[str, dict[str, object]] = {
+    "section ψ": {},
+    "section ψ + γ, as printed": {"model.section": "psi+gamma"},
+    "no shear": {"model.shear": False},
+}
+COLOURS = {"section ψ": "#1b2a49", "section ψ + γ, as printed": "#4c8eda", "no shear": "0.6"}
+
+
+def main() -> None:
+    refined = over_intervals()
+    compared = against_finite_elements()
+    picture(refined, compared)
+    write_json(
+        "direct_contact",
+        {
+            "over_intervals": refined.to_dict("records"),
+            "time_slope": time_slope(refined),
+            "finite_elements": compared.to_dict("records"),
+        },
+    )
+
+
+def over_intervals() -> pd.DataFrame:
+    """Errors, iterations and time of rubber-ellipse over N."""
+    exact = at_angles(SCENE.replace({"solver.intervals": LARGEST}))
+    rows = []
+    for n in INTERVALS:
+        scene = SCENE.replace({"solver.intervals": n})
+        frame = at_angles(scene)
+        force = np.hypot(frame["force_x_N"], frame["force_y_N"])
+        off = np.hypot(
+            frame["force_x_N"] - exact["force_x_N"], frame["force_y_N"] - exact["force_y_N"]
+        )
+        path, seconds = timed(scene)
+        rows.append(
+            {
+                "N": n,
+                "energy_error": float((frame["energy_J"] / exact["energy_J"] - 1).abs().max()),
+                "force_error": float((off / force).max()),
+                "estimate": float(frame["error_estimate"].max()),
+                "iterations": float(path["iterations"].mean()),
+                "most_iterations": int(path["iterations"].max()),
+                "us_per_solve": 1e6 * seconds / len(path),
+                "converged": bool((path["status"] == "converged").all()),
+            }
+        )
+    table = pd.DataFrame(rows)
+    print(f"rubber-ellipse, {len(path)} angles, against N = {LARGEST}:\n")
+    print_table(
+        ["N", "energy", "force", "estimate", "iterations", "at most", "µs a solve"],
+        [
+            [
+                f"{row.N}",
+                f"{row.energy_error:.1e}",
+                f"{row.force_error:.1e}",
+                f"{row.estimate:.1e}",
+                f"{row.iterations:.2f}",
+                f"{row.most_iterations}",
+                f"{row.us_per_solve:.1f}",
+            ]
+            for row in table.itertuples()
+        ],
+    )
+    print(f"\nslope of the time from N = {TIMED_FROM} on: {time_slope(table):.2f}\n")
+    return table
+
+
+def at_angles(scene: Scene) -> pd.DataFrame:
+    """The rows at DEGREES, reached along the path."""
+    way = np.unique(np.concatenate([np.arange(78, 127, 0.5), DEGREES]))[::-1]
+    frame = fastncm.solve(scene, positions=np.radians(way)).frame()
+    picked: pd.DataFrame = frame[np.isin(way, DEGREES)].reset_index(drop=True)
+    return picked
+
+
+def timed(scene: Scene) -> tuple[pd.DataFrame, float]:
+    """The scene's own path, and the seconds that its solution takes; best of the rounds."""
+    lowered = lower_surface(tabulate(scene, {})[0])
+    frame, best = fastncm.solve(scene).frame(), math.inf
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        list(solve_surfaces(lowered, shapes=False))
+        best = min(best, time.perf_counter() - begin)
+    return frame, best
+
+
+def time_slope(table: pd.DataFrame) -> float:
+    """Of log time over log N by least squares."""
+    large = table[table["N"] >= TIMED_FROM]
+    return float(np.polyfit(np.log(large["N"]), np.log(large["us_per_solve"]), 1)[0])
+
+
+def against_finite_elements() -> pd.DataFrame:
+    """The beam's forces at the angles of the finite elements, differences in % of the force."""
+    fem = pd.read_csv(DATA / "fem_ellipse.csv").query("material == 'Hencky'")
+    theirs = fem[["force_x_N", "force_y_N"]].to_numpy()
+    size = np.hypot(*theirs.T)
+    rows = []
+    for name, changes in MODELS.items():
+        ours = beam(changes, fem["phi_deg"].to_numpy())
+        rows.append(
+            pd.DataFrame(
+                {
+                    "model": name,
+                    "degrees": fem["phi_deg"].to_numpy(),
+                    "fem_N": size,
+                    "magnitude_%": 100 * (np.hypot(*ours.T) / size - 1),
+                    "vector_%": 100 * np.hypot(*(ours - theirs).T) / size,
+                }
+            )
+        )
+    table = pd.concat(rows, ignore_index=True)
+    print("Magnitude of the force against finite elements, in %:\n")
+    wide = table.pivot_table(index="degrees", columns="model", values="magnitude_%")
+    print_table(
+        ["degrees", *MODELS],
+        [[f"{d}", *(f"{wide.loc[d, name]:+.1f}" for name in MODELS)] for d in wide.index],
+    )
+    return table
+
+
+def beam(changes: dict[str, object], degrees: np.ndarray) -> np.ndarray:
+    """Forces (len(degrees), 2) in N of the small scene."""
+    scene = SCENE.replace(SMALL | changes)
+    frame = fastncm.solve(scene).frame()
+    at = np.searchsorted(frame["position"], np.radians(degrees) - 1e-9)
+    forces: np.ndarray = frame[["force_x_N", "force_y_N"]].to_numpy()[at]
+    return forces
+
+
+def picture(refined: pd.DataFrame, compared: pd.DataFrame) -> None:
+    figure = empty_figure(10.0, 3.4)
+    left, middle, right = figure.subplots(1, 3)
+    draw_errors(left, refined)
+    draw_time(middle, refined)
+    open_frame(right)
+    right.axhline(0.0, color="0.7", lw=0.8)
+    for name, rows in compared[compared["model"] != "no shear"].groupby("model", sort=False):
+        right.plot(
+            rows["degrees"], rows["magnitude_%"], "o-", color=COLOURS[name], ms=3, label=name
+        )
+    right.set(xlabel="φ / °", ylabel="force against finite elements / %")
+    legend(right, "")
+    file = save(figure, RESULTS / "direct_contact.png")
+    print(f"\n{file.relative_to(ROOT)}")
+
+
+def draw_errors(ax: Axes, table: pd.DataFrame) -> None:
+    """Errors over N, with the slopes 1 and 2 to compare."""
+    open_frame(ax)
+    ax.loglog(table["N"], table["energy_error"], "o-", color="#1b2a49", ms=3, label="energy")
+    ax.loglog(table["N"], table["force_error"], "s-", color="#c0392b", ms=3, label="force")
+    ax.loglog(table["N"], table["estimate"], ":", color="#c0392b", label="its estimate")
+    ends = table["N"].iloc[[0, -1]].to_numpy()
+    for order in (1, 2):
+        line = table["energy_error"].iloc[0] * (ends / ends[0]) ** -float(order)
+        ax.loglog(ends, line, color="0.8", lw=0.8, zorder=0)
+    ax.set(xlabel="N", ylabel="relative error")
+    legend(ax, "")
+
+
+def draw_time(ax: Axes, table: pd.DataFrame) -> None:
+    """Time of a solve over N, with the slope 1 to compare."""
+    open_frame(ax)
+    ax.loglog(table["N"], table["us_per_solve"], "o-", color="#1b2a49", ms=3)
+    ends = table["N"].iloc[[0, -1]].to_numpy()
+    ax.loglog(ends, table["us_per_solve"].iloc[-1] * ends / ends[-1], color="0.8", lw=0.8, zorder=0)
+    ax.set(xlabel="N", ylabel="µs a contact solve")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""Signed distance of a point to a rigid convex target, with what its derivatives need.
+
+Each function works in the target's own frame and returns ``(g, nx, ny, kappa)``: the distance
+(negative inside), its gradient, which is the target's outward unit normal at the closest point, and
+the curvature of the level line through the point. The Hessian of a distance field is ``kappa t
+t^T`` with the unit tangent ``t = (-ny, nx)``.
+"""
+
+import numpy as np
+
+from fastncm.kernels.cache import inlined, kernel
+
+# --- shapes of targets in direct contact ----------------------------------------------------------
+ELLIPSE, POLYGON, HALF_PLANE = 0, 1, 2
+
+#: Newton steps for the closest point of an ellipse: convergence is monotone, four are usual.
+_STEPS = 60
+
+
+@kernel
+def ellipse_distance(a, b, x, y):
+    """Distance to the ellipse with the semi-axes `a` along x and `b` along y; a circle is one.
+
+    The closest point is ``(a^2 x / (t + a^2), b^2 y / (t + b^2))`` where ``F(t) = (a x / (t +
+    a^2))^2 + (b y / (t + b^2))^2 - 1`` is zero (D. Eberly, "Distance from a Point to an Ellipse").
+    F falls and is convex to the right of its last pole, so that Newton's method, once left of the
+    root, climbs to it monotonically.
+    """
+    if a == b:
+        distance = np.sqrt(x * x + y * y)
+        inverse = 1.0 / distance if distance > 0.0 else 0.0
+        nx, ny = (x * inverse, y * inverse) if distance > 0.0 else (0.0, 1.0)
+        return distance - a, nx, ny, inverse
+    u, v = abs(x), abs(y)
+    aa, bb = a * a, b * b
+    # F >= 0 at this t, since one of its summands is 1 there; near the surface, the first Newton
+    # step from t = 0 is closer, and never beyond the root either
+    t = max(a * u - aa, b * v - bb, -min(aa, bb) * (1.0 - 1e-12))
+    fx, fy = u / a, v / b
+    slope = -2.0 * (fx * fx / aa + fy * fy / bb)
+    if slope < 0.0:
+        t = max(t, -(fx * fx + fy * fy - 1.0) / slope)
+    for _ in range(_STEPS):
+        p, q = 1.0 / (t + aa), 1.0 / (t + bb)
+        fx, fy = a * u * p, b * v * q
+        f = fx * fx + fy * fy - 1.0
+        slope = -2.0 * (fx * fx * p + fy * fy * q)
+        if slope == 0.0:
+            break
+        step = -f / slope
+        t += step
+        if abs(step) <= 1e-16 * min(aa, bb) or f <= 0.0:
+            break
+    cx, cy = aa * u / (t + aa), bb * v / (t + bb)
+    gx, gy = cx / aa, cy / bb
+    steep = np.sqrt(gx * gx + gy * gy)
+    nx, ny = gx / steep, gy / steep
+    g = (u - cx) * nx + (v - cy) * ny
+    curvature = 1.0 / (aa * bb * steep**3)
+    nx, ny = np.copysign(nx, x), np.copysign(ny, y)
+    return g, nx, ny, curvature / (1.0 + curvature * g)
+
+
+@kernel
+def polygon_distance(vertices, d, x, y):
+    """Distance to the convex polygon with the corners ``vertices[d]`` (V, 2), counter-clockwise."""
+    g, nx, ny, curvature = -np.inf, 0.0, 1.0, 0.0
+    nearest = np.inf
+    count = vertices.shape[1]
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        ex, ey = vertices[d, j, 0] - vertices[d, i, 0], vertices[d, j, 1] - vertices[d, i, 1]
+        length = np.sqrt(ex * ex + ey * ey)
+        ex, ey = ex / length, ey / length
+        dx, dy = x - vertices[d, i, 0], y - vertices[d, i, 1]
+        along, height = dx * ex + dy * ey, dx * ey - dy * ex
+        if nearest == np.inf and height > g:  # inside so far: the largest of the (negative) heights
+            g, nx, ny = height, ey, -ex
+        if height <= 0.0:
+            continue
+        beyond = along - min(max(along, 0.0), length)
+        distance = np.sqrt(height * height + beyond * beyond)
+        if distance < nearest:
+            g, nx, ny, curvature = height, ey, -ex, 0.0
+            if beyond != 0.0:  # nearest to a corner
+                nx, ny = (
+                    (beyond * ex + height * ey) / distance,
+                    (beyond * ey - height * ex) / distance,
+                )
+                g, curvature = distance, 1.0 / distance
+            nearest = distance
+    return g, nx, ny, curvature
+
+
+@inlined
+def distance(shape, vertices, d, x, y):
+    """Distance of the point `(x, y)` in the target's frame to the surface of target `d`.
+
+    vertices: (D, V, 2), the corners of a POLYGON, the two semi-axes ``[[a, b]]`` of an ELLIPSE. A
+    HALF_PLANE lies below the x axis.
+    """
+    if shape == ELLIPSE:
+        return ellipse_distance(vertices[d, 0, 0], vertices[d, 0, 1], x, y)
+    if shape == POLYGON:
+        return polygon_distance(vertices, d, x, y)
+    return y, 0.0, 1.0, 0.0

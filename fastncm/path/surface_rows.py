@@ -1,0 +1,148 @@
+"""What is kept of each solved position of a finger in direct contact.
+
+The error estimate has three parts. A node touches where the target would touch between two: the
+finger is held off by up to an eighth of the second difference of the gaps around the ends of the
+contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
+moves a contact by their sum. And what the iteration left. What a move of all contacts along their
+normals does to the force is one pass along the finger.
+"""
+
+import numpy as np
+
+from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.nodal import contact_direction, friction_ratio
+from fastncm.sqp.surface import ROUNDING, kkt_residual, strain_energy
+from fastncm.sqp.working_set import solve_chain
+
+# --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
+(
+    POSITION,
+    STATUS,
+    FORCE_X,
+    FORCE_Y,
+    INSERTION,
+    NORMAL,
+    FRICTION,
+    CONTACTS,
+    STICKING,
+    S_MEAN,
+    X_MEAN,
+    Y_MEAN,
+    S_FROM,
+    S_TO,
+    TIP_X,
+    TIP_Y,
+    TIP_ANGLE,
+    ENERGY,
+    STRAIN,
+    WORK_RATE,
+    ITERATIONS,
+    RESIDUAL,
+    ESTIMATE,
+    OVERLAP,
+) = range(24)
+COLUMNS = 24
+
+#: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
+SAFETY = 2.0
+#: Relative error of the force per unit of KKT residual, and the arithmetic's own.
+ALGEBRAIC, FORCE_ROUNDING = 10.0, 1e-12
+
+
+@inlined
+def velocity(motion, x, y, px, py):
+    """Velocity of the target's point at `px`, `py`, in the base's frame: `motion` (vx, vy, turn) of
+    the target about its reference point at `x`, `y`."""
+    return motion[0] - motion[2] * (py - y), motion[1] + motion[2] * (px - x)
+
+
+@inner
+def _stiffness(problem, d, work):
+    """Change of the sum of normal forces per unit by which all contacts are moved along their
+    normals."""
+    state, chain = work.state, work.chain
+    for k in range(state.force.shape[0]):
+        chain.touching[k] = state.force[k] > 0.0
+    solve_chain(problem, d, state, chain, work.size[0], 0.0)
+    total = 0.0
+    for k in range(state.force.shape[0]):
+        total += chain.force[k]
+    return total
+
+
+@inner
+def _estimate(problem, d, work, normal, residual):
+    """Estimated relative error of the contact force."""
+    state = work.state
+    intervals = problem.step.shape[0]
+    first, beyond = (1, intervals) if problem.nodes_touch else (intervals + 3, len(state.gap) - 1)
+    held_off = 0.0
+    for k in range(first, beyond):
+        if state.force[k] > 0.0:
+            bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
+            held_off = max(held_off, 0.125 * abs(bend))
+    shortened = 0.0
+    for i in range(1, work.size[0] + 1):
+        turned = state.psi[i] - state.psi[i - 1]
+        shortened += problem.step[i - 1] * turned * turned / 24.0
+    moved = held_off + shortened + ROUNDING
+    stiffness = abs(_stiffness(problem, d, work))
+    return SAFETY * stiffness * moved / normal + ALGEBRAIC * residual + FORCE_ROUNDING
+
+
+@inner
+def measure(problem, d, i, x, y, work, row):
+    """Fill the row of the solved position `i` of finger `d`, the target at `x`, `y`.
+
+    ``work.chain`` is overwritten.
+    """
+    state, mu = work.state, problem.mu[d]
+    intervals = problem.step.shape[0]
+    turn_cos, turn_sin = np.cos(problem.base[d, i]), np.sin(problem.base[d, i])
+    fx, fy, normal, friction, rate, s_mean, x_mean, y_mean = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    contacts, sticking, first, last = 0, 0, np.inf, -np.inf
+    motion = problem.motion[d, i, 0], problem.motion[d, i, 1], problem.motion[d, i, 2]
+    for k in range(state.force.shape[0]):
+        s = problem.arc[state.node[k]] if k <= intervals + 1 else state.seen_x[k]
+        force = state.force[k]
+        if force <= 0.0:
+            continue
+        qx, qy = contact_direction(state, k, mu)
+        vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
+        fx, fy = fx + force * qx, fy + force * qy
+        rate += force * (qx * vx + qy * vy)
+        normal += force
+        friction += force * abs(friction_ratio(state, k, mu))
+        contacts += 1
+        sticking += 1 if state.stuck[k] else 0
+        s_mean, x_mean, y_mean = (
+            s_mean + force * s,
+            x_mean + force * state.px[k],
+            y_mean + force * state.py[k],
+        )
+        first, last = min(first, s), max(last, s)
+    row[CONTACTS], row[STICKING] = contacts, sticking
+    row[FORCE_X], row[FORCE_Y] = turn_cos * fx - turn_sin * fy, turn_sin * fx + turn_cos * fy
+    row[NORMAL], row[FRICTION], row[WORK_RATE] = normal, friction, rate
+    if normal > 0.0:
+        s_mean, x_mean, y_mean = s_mean / normal, x_mean / normal, y_mean / normal
+        vx, vy = velocity(motion, x, y, x_mean, y_mean)
+        speed = np.sqrt(vx * vx + vy * vy)
+        row[INSERTION] = (fx * vx + fy * vy) / speed if speed > 0.0 else 0.0
+        row[S_MEAN], row[S_FROM], row[S_TO] = s_mean, first, last
+        x_mean += problem.arm[d]
+        row[X_MEAN] = turn_cos * x_mean - turn_sin * y_mean
+        row[Y_MEAN] = turn_sin * x_mean + turn_cos * y_mean
+    tip_x, tip_y = problem.arm[d] + state.x[intervals], state.y[intervals]
+    row[TIP_X], row[TIP_Y] = (
+        turn_cos * tip_x - turn_sin * tip_y,
+        turn_sin * tip_x + turn_cos * tip_y,
+    )
+    row[TIP_ANGLE] = problem.base[d, i] + state.psi[intervals]
+    row[ENERGY] = strain_energy(problem, d, state, work.size[0])
+    row[STRAIN] = 0.0
+    for j in range(1, work.size[0] + 1):
+        bent = abs(state.psi[j] - state.psi[j - 1]) / problem.step[j - 1]
+        row[STRAIN] = max(row[STRAIN], problem.thickness[d, j - 1] * bent)
+    row[RESIDUAL] = kkt_residual(problem, d, state, work.size[0])
+    row[ESTIMATE] = _estimate(problem, d, work, normal, row[RESIDUAL]) if normal > 0.0 else 0.0

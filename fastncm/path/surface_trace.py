@@ -1,0 +1,321 @@
+"""The shapes of fingers in direct contact along their paths, one finger after the other."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.nodal import (
+    Nodal,
+    NodalProblem,
+    contact_direction,
+    make_nodal,
+    place_axis,
+    place_point,
+    place_surface,
+)
+from fastncm.path import surface_rows as rows
+from fastncm.path.slip import anchor, choose_senses, regrip
+from fastncm.sqp import status
+from fastncm.sqp.surface import ROUNDING, SurfaceWork, make_surface_work, solve_surface
+
+#: Longest move of the target (finger lengths, radians) from one solve to the next, and the shortest
+#: part of a move that is tried before a position is given up.
+_LONGEST_MOVE, _SHORTEST_SHARE = 0.1, 1e-4
+#: Iterations of the SQP before a move is divided.
+_ITERATIONS = 25
+#: Rounds in which contacts change between stick and slip.
+_ROUNDS = 20
+#: Farthest (finger lengths) that a target is moved aside to come from a place without contact.
+_FARTHEST = 64.0
+
+
+class SurfaceTrace(NamedTuple):
+    """Solved paths, dimensionless.
+
+    rows: (D, P, surface_rows.COLUMNS). psi, gamma: (D, P, N + 1) and contact: (D, P, K, 5), s,
+    place and force on the finger of the contact points, in the base's frame; with no entries where
+    they are not kept. solves: (1,) shapes solved; passes: (1,) along a finger.
+    """
+
+    rows: np.ndarray
+    psi: np.ndarray
+    gamma: np.ndarray
+    contact: np.ndarray
+    solves: np.ndarray
+    passes: np.ndarray
+
+
+def make_surface_trace(problem: NodalProblem, shapes: bool) -> SurfaceTrace:
+    """Room for the results; `shapes`: whether these are kept."""
+    designs, positions = problem.positions.shape
+    nodes, kept = len(problem.arc), positions if shapes else 0
+    return SurfaceTrace(
+        np.zeros((designs, positions, rows.COLUMNS)),
+        np.zeros((designs, kept, nodes)),
+        np.zeros((designs, kept, nodes)),
+        np.zeros((designs, kept, nodes + 1 + problem.points.shape[1], 5)),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+    )
+
+
+class Walk(NamedTuple):
+    """One finger on its way.
+
+    work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
+    kept: the last solved state. place: (3,) of the target there; move: (3,) from there to the goal.
+    """
+
+    work: SurfaceWork
+    straight: Nodal
+    kept: Nodal
+    deepest: np.ndarray
+    place: np.ndarray
+    move: np.ndarray
+
+
+@driver
+def make_walk(problem):
+    """Room for a walk."""
+    return Walk(
+        make_surface_work(problem),
+        make_nodal(problem),
+        make_nodal(problem),
+        np.ones(1, np.int64),
+        np.zeros(3),
+        np.zeros(3),
+    )
+
+
+@inlined
+def _copy_state(source, target):
+    for i in range(source.psi.shape[0]):
+        target.psi[i], target.gamma[i] = source.psi[i], source.gamma[i]
+    for k in range(source.force.shape[0]):
+        target.force[k], target.shear[k] = source.force[k], source.shear[k]
+        target.along[k], target.stuck[k] = source.along[k], source.stuck[k]
+        target.anchor_x[k], target.anchor_y[k] = source.anchor_x[k], source.anchor_y[k]
+        target.px[k], target.py[k], target.node[k] = source.px[k], source.py[k], source.node[k]
+        target.seen_x[k], target.seen_y[k], target.seen[k] = (
+            source.seen_x[k],
+            source.seen_y[k],
+            source.seen[k],
+        )
+
+
+@inner
+def _straighten(walk):
+    """Back to the finger without contact."""
+    for state in (walk.work.state, walk.kept):
+        _copy_state(walk.straight, state)
+    walk.work.size[0] = walk.straight.psi.shape[0] - 1
+
+
+@inner
+def is_free(problem, d, x, y, angle, walk):
+    """True where the undeformed finger does not overlap the target, its clamped section left out.
+
+    Then there is no contact: straight is the minimum of the energy. The point that was deepest the
+    last time is looked at first.
+    """
+    straight = walk.straight
+    turn_sin, turn_cos = np.sin(angle), np.cos(angle)
+    if problem.nodes_touch and walk.deepest[0] < problem.arc.shape[0] + 1:
+        place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
+        if straight.gap[walk.deepest[0]] < -ROUNDING:
+            return False
+    place_surface(problem, d, x, y, angle, straight, 0.0)
+    for k in range(1, straight.gap.shape[0]):
+        if straight.gap[k] < straight.gap[walk.deepest[0]]:
+            walk.deepest[0] = k
+    return straight.gap[walk.deepest[0]] >= -ROUNDING
+
+
+@inner
+def _base_overlap(problem, d, x, y, angle, straight):
+    """How deep the side of the clamped section lies in the target."""
+    place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
+    return -straight.gap[0]
+
+
+@inner
+def _solve_move(problem, d, walk, share, mu, tolerance):
+    """Solve with the target at `share` of the move, from the last solved state.
+
+    Returns ``(status, iterations)``.
+    """
+    work, state = walk.work, walk.work.state
+    x = walk.place[0] + share * walk.move[0]
+    y = walk.place[1] + share * walk.move[1]
+    angle = walk.place[2] + share * walk.move[2]
+    motion = (share * walk.move[0], share * walk.move[1], share * walk.move[2])
+    if mu > 0.0:
+        choose_senses(state, motion, x, y)
+    result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+    if mu == 0.0 or result != status.CONVERGED:
+        return result, total
+    for turn in range(_ROUNDS):
+        if regrip(state, walk.kept, motion, x, y, mu, turn) == 0:
+            anchor(state)
+            return result, total
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
+        if result != status.CONVERGED:
+            return result, total
+    return status.MAX_ITERATIONS, total
+
+
+@inner
+def _approach(problem, d, walk, mu, tolerance, trace):
+    """Move the target from ``walk.place`` by ``walk.move``, in as many steps as it takes.
+
+    Returns ``(status, iterations)``; on success ``walk.place`` is the goal.
+    """
+    work, move = walk.work, walk.move
+    length = max(abs(move[0]), abs(move[1]), abs(move[2]))
+    share = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
+    total, left = 0, 1.0
+    while True:
+        share = min(share, left)
+        result, count = _solve_move(problem, d, walk, share, mu, tolerance)
+        total += count
+        trace.solves[0] += 1
+        if result == status.CONVERGED:
+            _copy_state(work.state, walk.kept)
+            left -= share
+            for c in range(3):
+                walk.place[c] += share * move[c]
+            if left <= 1e-12:
+                return result, total
+            share *= 2.0
+            continue
+        _copy_state(walk.kept, work.state)
+        share *= 0.25
+        if share < _SHORTEST_SHARE:
+            return result, total
+
+
+@inner
+def _set_aside(problem, d, goal, side, walk):
+    """Put the target beside the finger, on the side that touches, from where it moves to `goal`.
+
+    Returns False where it is in the way there, too.
+    """
+    reach, clear = 0.0, 0.0
+    while reach < _FARTHEST:
+        reach = 2.0 * reach + 0.05
+        if is_free(problem, d, goal[0], goal[1] + side * reach, goal[2], walk):
+            clear = reach
+            break
+    if clear == 0.0:
+        return False
+    touching = 0.0
+    for _ in range(40):
+        reach = 0.5 * (clear + touching)
+        if is_free(problem, d, goal[0], goal[1] + side * reach, goal[2], walk):
+            clear = reach
+        else:
+            touching = reach
+    walk.place[0], walk.place[1], walk.place[2] = goal[0], goal[1] + side * clear, goal[2]
+    walk.move[0], walk.move[1], walk.move[2] = 0.0, -side * clear, 0.0
+    return True
+
+
+@inner
+def _free_row(problem, d, i, result, overlap, row):
+    """The row of a straight finger: no contact, or no way to have any."""
+    for column in range(rows.COLUMNS):
+        row[column] = 0.0
+    reach = problem.arm[d]
+    for j in range(problem.step.shape[0]):
+        reach += problem.step[j]
+    row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
+    row[rows.TIP_X] = reach * np.cos(problem.base[d, i])
+    row[rows.TIP_Y] = reach * np.sin(problem.base[d, i])
+    row[rows.TIP_ANGLE] = problem.base[d, i]
+    row[rows.OVERLAP] = overlap
+
+
+@inner
+def _trace_one(problem, d, walk, tolerance, trace):
+    """Solve all positions of finger `d`."""
+    work = walk.work
+    intervals = problem.step.shape[0]
+    side = 1.0 if problem.left else -1.0
+    for k in range(walk.straight.seen.shape[0]):
+        walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
+    place_axis(problem, walk.straight, intervals)
+    _straighten(walk)
+    touching, before = False, -1
+    for i in range(problem.positions.shape[1]):
+        goal = problem.placement[d, i]
+        row = trace.rows[d, i]
+        overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
+        free = overlap <= ROUNDING
+        if not free or is_free(problem, d, goal[0], goal[1], goal[2], walk):
+            result = status.NO_CONTACT if free else status.INFEASIBLE
+            _free_row(problem, d, i, result, 0.0 if free else overlap, row)
+            _straighten(walk)
+            touching, before = False, i if free else -1
+            continue
+        mu = problem.mu[d]
+        if touching or before == i - 1 and i > 0:
+            for c in range(3):
+                if not touching:
+                    walk.place[c] = problem.placement[d, before, c]
+                walk.move[c] = goal[c] - walk.place[c]
+        else:
+            _straighten(walk)
+            mu = 0.0
+            if not _set_aside(problem, d, goal, side, walk):
+                deepest = -walk.straight.gap[walk.deepest[0]]
+                _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
+                continue
+        result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
+        if result == status.CONVERGED and mu != problem.mu[d]:
+            # how the finger came here is not known: the target slides along its path
+            for c in range(3):
+                walk.move[c] = 1e-9 * problem.motion[d, i, c]
+                walk.place[c] = goal[c] - walk.move[c]
+            result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+            iterations += count
+        touching = result == status.CONVERGED
+        if not touching:
+            _free_row(problem, d, i, result, 0.0, row)
+            row[rows.ITERATIONS] = iterations
+            _straighten(walk)
+            before = -1
+            continue
+        row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
+        row[rows.ITERATIONS] = iterations
+        rows.measure(problem, d, i, goal[0], goal[1], work, row)
+        if trace.psi.shape[1] > 0:
+            _store_shape(problem, d, i, work.state, trace)
+    trace.passes[0] += work.passes[0]
+
+
+@inner
+def _store_shape(problem, d, i, state, trace):
+    for j in range(state.psi.shape[0]):
+        trace.psi[d, i, j], trace.gamma[d, i, j] = state.psi[j], state.gamma[j]
+    for k in range(state.force.shape[0]):
+        if state.force[k] == 0.0:
+            continue
+        own = k <= problem.arc.shape[0]
+        qx, qy = contact_direction(state, k, problem.mu[d])
+        trace.contact[d, i, k, 0] = problem.arc[state.node[k]] if own else state.seen_x[k]
+        trace.contact[d, i, k, 1], trace.contact[d, i, k, 2] = state.px[k], state.py[k]
+        trace.contact[d, i, k, 3] = state.force[k] * qx
+        trace.contact[d, i, k, 4] = state.force[k] * qy
+
+
+@driver
+def trace_surfaces(problem, tolerance, trace):
+    """Solve all positions of all fingers. tolerance: of the KKT residual; trace: zeros on entry.
+
+    What does not converge is a row with a status; the next position is approached afresh.
+    """
+    walk = make_walk(problem)
+    for d in range(problem.positions.shape[0]):
+        _trace_one(problem, d, walk, tolerance, trace)

@@ -1,0 +1,233 @@
+"""The Newton step of `sqp.flexibility` where the section turns by ``psi + gamma``, as printed.
+
+For comparison only (Lan & Lee 2008, (6)): the side then depends on the shear on both sides of a
+node, so that gamma is carried along as a fourth state, and the contacts of a node are held in the
+interval after it. The variables of interval i are ``(x, y, psi, gamma)`` of node i - 1, and the
+bending and the shear angle of the interval.
+"""
+
+from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.nodal import next_contact
+from fastncm.sqp.flexibility import (
+    _ARM,
+    _CONTACT,
+    _GRIP,
+    _NORMAL,
+    contact_terms,
+    moved_gaps,
+)
+
+
+@inlined
+def _bend(wide, out, a, b, k, constant, hold):
+    """Add the term ``-k a (b . dz)``, or hold ``b . dz = -constant`` by a force along `a`.
+
+    Returns the excess of negative pivots.
+    """
+    flexibility, step, column = wide.flexibility, wide.step, wide.column
+    shift, pivot = constant, 0.0
+    for i in range(6):
+        column[i] = 0.0
+        row = 0.0
+        for j in range(6):
+            column[i] += flexibility[i, j] * a[j]
+            row += b[j] * flexibility[j, i]
+        out[1 + i] = row
+        shift += b[i] * step[i]
+    for i in range(6):
+        pivot += b[i] * column[i]
+    inverse = 1.0 / pivot if hold else 1.0 / (1.0 + k * pivot)
+    weight = inverse if hold else k * inverse
+    for i in range(6):
+        step[i] -= weight * column[i] * shift
+        for j in range(6):
+            flexibility[i, j] -= weight * column[i] * out[1 + j]
+    out[0], out[7] = shift, inverse
+    if inverse > 0.0:
+        return 0
+    return 1 if k < 0.0 and not hold else -1
+
+
+@inlined
+def _answer(kept, f):
+    total = kept[0]
+    for i in range(6):
+        total += kept[1 + i] * f[i]
+    return total * kept[7]
+
+
+@inlined
+def _spread(v, own, along_x, along_y, out):
+    """A vector over a node's (x, y, section) as one over the interval's variables; own: of the node
+    before the interval, else of the one after it, the last."""
+    out[0], out[1], out[2] = v[0], v[1], v[2]
+    if own:
+        out[3], out[4], out[5] = 0.5 * v[2], 0.0, 0.5 * v[2]
+    else:
+        turn = along_x * v[0] + along_y * v[1]
+        out[2] += turn
+        out[3], out[4], out[5] = 0.0, 0.5 * turn + v[2], turn + v[2]
+
+
+@inner
+def _hold_node(problem, d, state, chain, j, interval, own):
+    """Add the terms of all contacts on node `j`. Returns the excess of negative pivots."""
+    wide, mu, excess = chain.wide, problem.mu[d], 0
+    h = problem.step[interval - 1]
+    along_x, along_y = -h * state.sin[interval], h * state.cos[interval]
+    before = j < interval
+    p = next_contact(state, -1, j)
+    while p >= 0:
+        force = state.force[p]
+        if force != 0.0 or chain.touching[p]:
+            c, b, a, e, v, w = contact_terms(state, p, j, mu)
+            if force != 0.0:
+                _spread(e, before, along_x, along_y, wide.left)
+                _spread(v, before, along_x, along_y, wide.right)
+                out = wide.terms[p, _NORMAL]
+                excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+                _spread((0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
+                _spread(w, before, along_x, along_y, wide.right)
+                out = wide.terms[p, _ARM]
+                excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+            if chain.touching[p]:
+                _spread(a, before, along_x, along_y, wide.left)
+                _spread(c, before, along_x, along_y, wide.right)
+                gap = state.gap[p] if own == 1.0 else -1.0
+                out = wide.terms[p, _CONTACT]
+                excess += _bend(wide, out, wide.left, wide.right, 1.0, gap, True)
+                if state.stuck[p]:
+                    _spread(b, before, along_x, along_y, wide.left)
+                    slide = state.slide[p] if own == 1.0 else 0.0
+                    out = wide.terms[p, _GRIP]
+                    excess += _bend(wide, out, wide.left, wide.left, 1.0, slide, True)
+        p = next_contact(state, p, j)
+    return excess
+
+
+@inner
+def _release_node(problem, d, state, chain, j, interval):
+    """The way back over `_hold_node`: ``wide.force`` is that on the interval's variables."""
+    wide, mu, f = chain.wide, problem.mu[d], chain.wide.force
+    h = problem.step[interval - 1]
+    along_x, along_y = -h * state.sin[interval], h * state.cos[interval]
+    before = j < interval
+    count = 0
+    p = next_contact(state, -1, j)
+    while p >= 0:
+        chain.order[count] = p
+        count += 1
+        p = next_contact(state, p, j)
+    while count > 0:
+        count -= 1
+        p = chain.order[count]
+        force = state.force[p]
+        chain.force[p], chain.shear[p] = 0.0, 0.0
+        if force == 0.0 and not chain.touching[p]:
+            continue
+        c, b, a, e, v, w = contact_terms(state, p, j, mu)
+        if chain.touching[p]:
+            if state.stuck[p]:
+                chain.shear[p] = -_answer(wide.terms[p, _GRIP], f)
+                _spread(b, before, along_x, along_y, wide.left)
+                _push(f, wide.left, chain.shear[p])
+            chain.force[p] = -_answer(wide.terms[p, _CONTACT], f)
+            _spread(a, before, along_x, along_y, wide.left)
+            _push(f, wide.left, chain.force[p])
+        if force != 0.0:
+            _spread((0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
+            _push(f, wide.left, -force * _answer(wide.terms[p, _ARM], f))
+            _spread(e, before, along_x, along_y, wide.left)
+            _push(f, wide.left, -force * _answer(wide.terms[p, _NORMAL], f))
+
+
+@inlined
+def _push(f, along, by):
+    for i in range(6):
+        f[i] += by * along[i]
+
+
+@inlined
+def _turn_of_interval(out):
+    out[0], out[1], out[2], out[3], out[4], out[5] = 0.0, 0.0, 1.0, 0.0, 0.5, 1.0
+
+
+@inner
+def solve_printed_chain(problem, d, state, chain, size, own):
+    """`sqp.flexibility.solve_chain` for the printed section; the last node's contacts need the
+    interval after it, if there is one."""
+    wide, f = chain.wide, chain.wide.force
+    intervals = problem.step.shape[0]
+    node, m = wide.node, wide.node_step
+    excess = 0
+    for i in range(4):
+        m[i] = 0.0
+        for j in range(4):
+            node[i, j] = 0.0
+    for i in range(1, size + 1):
+        h = problem.step[i - 1]
+        along_x, along_y = -h * state.sin[i], h * state.cos[i]
+        for r in range(6):
+            for c in range(6):
+                wide.flexibility[r, c] = node[r, c] if r < 4 and c < 4 else 0.0
+            wide.step[r] = m[r] if r < 4 else 0.0
+        wide.flexibility[4, 4] = problem.flexibility[d, i - 1]
+        wide.flexibility[5, 5] = problem.shear_flexibility[d, i - 1]
+        wide.step[4] = own * (state.psi[i - 1] - state.psi[i])
+        wide.step[5] = -own * state.gamma[i]
+        _turn_of_interval(wide.left)
+        k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
+        excess += _bend(wide, wide.turn[i], wide.left, wide.left, k, 0.0, False)
+        if i > 1:
+            excess += _hold_node(problem, d, state, chain, i - 1, i, own)
+        if i == intervals:
+            excess += _hold_node(problem, d, state, chain, i, i, own)
+        _to_next_node(wide, along_x, along_y)
+    for i in range(4):
+        wide.node_force[i] = 0.0
+    for i in range(size, 0, -1):
+        h = problem.step[i - 1]
+        along_x, along_y = -h * state.sin[i], h * state.cos[i]
+        q = wide.node_force
+        couple = along_x * q[0] + along_y * q[1]
+        f[0], f[1], f[2], f[3] = q[0], q[1], q[2] + couple, 0.0
+        f[4], f[5] = 0.5 * couple + q[2], couple + q[3]
+        if i == intervals:
+            _release_node(problem, d, state, chain, i, i)
+        if i > 1:
+            _release_node(problem, d, state, chain, i - 1, i)
+        _turn_of_interval(wide.left)
+        k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
+        _push(f, wide.left, -k * _answer(wide.turn[i], f))
+        chain.dpsi[i] = own * (state.psi[i - 1] - state.psi[i])
+        chain.dpsi[i] += problem.flexibility[d, i - 1] * f[4]
+        chain.dgamma[i] = problem.shear_flexibility[d, i - 1] * f[5] - own * state.gamma[i]
+        for j in range(4):
+            wide.node_force[j] = f[j]
+    moved_gaps(problem, state, chain, size)
+    return excess
+
+
+@inlined
+def _to_next_node(wide, along_x, along_y):
+    """Flexibility and step of the node after the interval from those of its variables."""
+    # x += along_x (psi + u / 2 + v), y likewise, psi += u, gamma = v: first the columns, then rows
+    big, step = wide.flexibility, wide.step
+    for r in range(6):
+        turn = big[r, 2] + 0.5 * big[r, 4] + big[r, 5]
+        big[r, 0] += along_x * turn
+        big[r, 1] += along_y * turn
+        big[r, 2] += big[r, 4]
+        big[r, 3] = big[r, 5]
+    turn = step[2] + 0.5 * step[4] + step[5]
+    step[0] += along_x * turn
+    step[1] += along_y * turn
+    step[2] += step[4]
+    step[3] = step[5]
+    for c in range(4):
+        turn = big[2, c] + 0.5 * big[4, c] + big[5, c]
+        wide.node[0, c] = big[0, c] + along_x * turn
+        wide.node[1, c] = big[1, c] + along_y * turn
+        wide.node[2, c] = big[2, c] + big[4, c]
+        wide.node[3, c] = big[5, c]
+        wide.node_step[c] = step[c]

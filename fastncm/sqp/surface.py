@@ -1,0 +1,234 @@
+"""The SQP for a finger in direct contact (Lan & Lee 2008, eqs. (11)-(13)), O(N) an iteration.
+
+Each iteration solves a quadratic program with the Lagrangian's exact Hessian
+(`sqp.working_set`) for the step and the new multipliers, and walks along the step until an l1 merit
+function or the KKT residual falls. With friction there is no energy to fall: then the residual
+alone decides.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.nodal import (
+    Nodal,
+    carry_forces,
+    make_nodal,
+    place_axis,
+    place_surface,
+)
+from fastncm.sqp import status
+from fastncm.sqp.flexibility import Chain, make_chain
+from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
+
+#: Error of a gap in finger lengths that is due to rounding.
+ROUNDING = 1e-15
+#: Points closer to the target than this (finger lengths) take part in the subproblem.
+_NEAR = 0.01
+#: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
+_ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
+#: Step length at which the line search gives up.
+_SHORTEST = 1e-4
+
+
+class SurfaceWork(NamedTuple):
+    """One finger's state, the workspace of its step, and the iterate that a line search starts
+    from.
+
+    psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
+    part, beyond which the finger is straight; passes: (1,) passes along the finger so far.
+    """
+
+    state: Nodal
+    chain: Chain
+    psi: np.ndarray
+    gamma: np.ndarray
+    force: np.ndarray
+    shear: np.ndarray
+    size: np.ndarray
+    passes: np.ndarray
+
+
+@driver
+def make_surface_work(problem):
+    """A workspace for the fingers of `problem`, with a straight one."""
+    nodes = problem.arc.shape[0]
+    points = nodes + 1 + problem.points.shape[1]
+    return SurfaceWork(
+        make_nodal(problem),
+        make_chain(problem),
+        np.zeros(nodes),
+        np.zeros(nodes),
+        np.zeros(points),
+        np.zeros(points),
+        np.ones(1, np.int64),
+        np.zeros(1, np.int64),
+    )
+
+
+@inlined
+def _moment(problem, d, state, i):
+    """Bending moment of interval `i`, ``B psi'``."""
+    return problem.bending[d, i - 1] * (state.psi[i] - state.psi[i - 1])
+
+
+@inlined
+def _shear_force(problem, d, state, i):
+    """Shear force of interval `i` times its length, ``C h gamma``; 0 without shear."""
+    flexibility = problem.shear_flexibility[d, i - 1]
+    return state.gamma[i] / flexibility if flexibility > 0.0 else 0.0
+
+
+@inner
+def strain_energy(problem, d, state, size):
+    """V in E I / L (Lan & Lee 2008, eq. (2), as discretised in `kernels.nodal`)."""
+    energy = 0.0
+    for i in range(1, size + 1):
+        energy += 0.5 * _moment(problem, d, state, i) * (state.psi[i] - state.psi[i - 1])
+        energy += 0.5 * _shear_force(problem, d, state, i) * state.gamma[i]
+    return energy
+
+
+@inner
+def energy_slope(problem, d, state, chain, size):
+    """Derivative of V along the step in `chain`."""
+    slope = 0.0
+    for i in range(1, size + 1):
+        slope += _moment(problem, d, state, i) * (chain.dpsi[i] - chain.dpsi[i - 1])
+        slope += _shear_force(problem, d, state, i) * chain.dgamma[i]
+    return slope
+
+
+@inner
+def evaluate(problem, d, x, y, angle, work):
+    """Positions, gaps and carried forces of the state with the target at `x`, `y`, `angle`."""
+    place_axis(problem, work.state, work.size[0])
+    place_surface(problem, d, x, y, angle, work.state, _NEAR)
+    carry_forces(problem, d, work.state, work.size[0])
+
+
+@inner
+def kkt_residual(problem, d, state, size):
+    """Largest relative violation of the KKT conditions of an evaluated state, from scratch.
+
+    Moment and shear angle of each interval against those of the contact forces beyond it, over the
+    largest; penetration, slide of what sticks and ``lambda g`` over the mean deflection at the
+    contacts, ``2 V / sum lambda`` (gaps beyond their own rounding, which a grazing contact's
+    deflection may be near); a negative multiplier over the largest. NaN where any is.
+    """
+    moment, shear, total, largest = ROUNDING, ROUNDING, 0.0, 0.0
+    for k in range(state.force.shape[0]):
+        total += abs(state.force[k])
+        largest = max(largest, abs(state.force[k]))
+    slack, sheared_slack, energy = 0.0, 0.0, 0.0
+    for i in range(1, size + 1):
+        bent = _moment(problem, d, state, i)
+        moment = max(moment, abs(bent), abs(state.moment[i]))
+        slack = max(slack, abs(bent - state.moment[i]))
+        across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i] + state.couple[i]
+        sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
+        shear = max(shear, abs(state.gamma[i]), abs(sheared))
+        sheared_slack = max(sheared_slack, abs(state.gamma[i] - sheared))
+        energy += bent * (state.psi[i] - state.psi[i - 1])
+        energy += _shear_force(problem, d, state, i) * state.gamma[i]
+    residual = max(slack / moment, sheared_slack / shear)
+    deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
+    for k in range(1, state.force.shape[0]):
+        residual = max(residual, (-state.gap[k] - ROUNDING) / deflection)
+        if state.force[k] != 0.0:
+            share = abs(state.force[k]) / largest
+            residual = max(residual, (abs(state.gap[k]) - ROUNDING) / deflection * share)
+            residual = max(residual, -state.force[k] / largest)
+            if state.stuck[k]:
+                residual = max(residual, abs(state.slide[k]) / deflection * share)
+    return residual if np.isfinite(energy + total) else np.nan
+
+
+@inlined
+def _penetration(state):
+    total = 0.0
+    for k in range(1, state.gap.shape[0]):
+        total += max(0.0, -state.gap[k])
+    return total
+
+
+@inner
+def _last_node(problem, state, size):
+    """The last node that takes part in the next subproblem: no less than `size`; beyond it the
+    finger is straight."""
+    last = 1
+    for k in range(1, state.gap.shape[0]):
+        if state.gap[k] <= _NEAR or state.force[k] != 0.0:
+            last = max(last, state.node[k])
+    if problem.printed_section:  # the shear beyond the last contact matters, too
+        last = min(last + 1, problem.step.shape[0])
+    last = max(last, size)
+    for i in range(size + 1, last + 1):
+        state.fx[i], state.fy[i], state.moment[i] = 0.0, 0.0, 0.0
+    return last
+
+
+@inner
+def _advance(problem, d, x, y, angle, work, length):
+    """The state at `length` of the step from the iterate, evaluated."""
+    state, chain = work.state, work.chain
+    for i in range(1, work.size[0] + 1):
+        state.psi[i] = work.psi[i] + length * chain.dpsi[i]
+        state.gamma[i] = work.gamma[i] + length * chain.dgamma[i]
+    for k in range(state.force.shape[0]):
+        state.force[k] = work.force[k] + length * (chain.force[k] - work.force[k])
+        state.shear[k] = work.shear[k] + length * (chain.shear[k] - work.shear[k])
+    evaluate(problem, d, x, y, angle, work)
+
+
+@inner
+def solve_surface(problem, d, x, y, angle, work, tolerance, most):
+    """Solve finger `d` with the target at `x`, `y`, `angle`, from the state in `work`.
+
+    tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
+    """
+    state, chain = work.state, work.chain
+    last = 1
+    for k in range(1, state.force.shape[0]):
+        if state.force[k] != 0.0:
+            last = max(last, state.node[k])
+    work.size[0] = last
+    evaluate(problem, d, x, y, angle, work)
+    penalty, residual = 0.0, np.inf
+    for iteration in range(most + 1):
+        size = _last_node(problem, state, work.size[0])
+        work.size[0] = size
+        residual = kkt_residual(problem, d, state, size)
+        if residual <= tolerance:
+            return status.CONVERGED, iteration, residual
+        if not np.isfinite(residual):
+            return status.NUMERICAL_ERROR, iteration, residual
+        for k in range(state.gap.shape[0]):
+            chain.touching[k] = k > 0 and state.force[k] > 0.0
+            chain.force[k], chain.shear[k] = 0.0, 0.0
+        excess, passes = solve_subproblem(problem, d, state, chain, size)
+        work.passes[0] += passes
+        if excess == UNSETTLED:
+            return status.MAX_ITERATIONS, iteration, residual
+        for i in range(1, size + 1):
+            work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
+        for k in range(state.force.shape[0]):
+            work.force[k], work.shear[k] = state.force[k], state.shear[k]
+            penalty = max(penalty, 2.0 * chain.force[k])
+        violation = _penetration(state)
+        merit = strain_energy(problem, d, state, size) + penalty * violation
+        slope = energy_slope(problem, d, state, chain, size) - penalty * violation
+        length = 1.0
+        while True:
+            _advance(problem, d, x, y, angle, work, length)
+            if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
+                break
+            if problem.mu[d] == 0.0:
+                trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
+                if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
+                    break
+            length *= 0.5
+            if length < _SHORTEST:
+                return status.MAX_ITERATIONS, iteration, residual
+    return status.MAX_ITERATIONS, most, residual

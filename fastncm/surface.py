@@ -1,0 +1,286 @@
+"""Fingers in direct contact: from scenes in SI units to dimensionless problems, and their solution.
+
+Lengths are divided by the finger's length L, forces by ``E I / L^2`` of the clamp's section, as for
+jaws (`fastncm.lowering`). The finger's base stands still in the compiled code: base and target move
+relative to each other, and the relative motion is the target's (its placement).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fastncm.kernels import distance
+from fastncm.kernels.nodal import NodalProblem
+from fastncm.lowering import Scale, unique_rows
+from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
+from fastncm.scene import CaseGroup, Scene
+from fastncm.surface_touch import first_touches
+from fastncm.trace import kkt_tolerance
+
+Array = np.ndarray
+
+#: Fingers in one call of the compiled code.
+_CHUNK = 512
+_SHAPES = {
+    "ellipse": distance.ELLIPSE,
+    "circle": distance.ELLIPSE,
+    "polygon": distance.POLYGON,
+    "half-plane": distance.HALF_PLANE,
+}
+
+
+@dataclass(frozen=True)
+class LoweredSurface:
+    """The different dimensionless problems of a group of cases, and how the cases use them.
+
+    problem: of all D fingers. positions: (D, P), in finger lengths or rad. problem_of: (C,) int64,
+    which finger each case uses; scale: of the cases; mu: (C,).
+    """
+
+    scene: Scene
+    problem: NodalProblem
+    positions: Array
+    problem_of: Array
+    scale: Scale
+    mu: Array
+
+
+@dataclass(frozen=True)
+class SolvedSurface:
+    """Paths of some of the fingers of a `LoweredSurface`. designs: (D,) their indices there."""
+
+    designs: Array
+    trace: SurfaceTrace
+
+
+def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSurface:
+    """The dimensionless problems of a group of cases whose fingers touch with their own side.
+
+    positions: (P,) in m or rad, in the order to solve; default: the path of the scene.
+    """
+    scene, v = group.scene, group.values
+    length, clamp = v["length"], v["thickness_clamp"]
+    stiffness = v["young"] * v["width"] * clamp**3 / 12.0
+    shear = np.zeros_like(length)
+    if scene.model.shear:
+        kappa = (5.0 + 5.0 * v["poisson"]) / (6.0 + 5.0 * v["poisson"])  # Lan & Lee 2008, eq. (20)
+        shear = stiffness / (kappa * v["shear_modulus"] * v["width"] * clamp * length**2)
+    circle = scene.target.shape == "circle"
+    semi_x = v["target_radius"] if circle else v["semi_x"]
+    semi_y = v["target_radius"] if circle else v["semi_y"]
+    turns = scene.path.kind == "rotation"
+    start = first_touches(group) if scene.path.start == "touch" else v["start"]
+    scaled = [
+        v["thickness_tip"] / clamp,
+        clamp / length,
+        shear,
+        semi_x / length,
+        semi_y / length,
+        v["tilt"],
+        v["offset"] / length,
+        v["y"] / length,
+        v["path_x"] / length,
+        v["speed_ratio"] / length,
+        v["path_angle"],
+        start if turns else start / length,
+        v["stop"] if turns else v["stop"] / length,
+        v["mu"],
+        length if scene.finger.profile or scene.target.vertices or positions is not None else 0.0,
+    ]
+    key = np.column_stack([np.broadcast_to(np.nan_to_num(x), length.shape) for x in scaled])
+    different, problem_of = unique_rows(key)
+    problem = _problem(scene, different, positions)
+    return LoweredSurface(
+        scene=scene,
+        problem=problem,
+        positions=problem.positions,
+        problem_of=problem_of,
+        scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
+        mu=v["mu"],
+    )
+
+
+def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalProblem:
+    """The problem of the D different fingers, one row of the key of `lower_surface` each."""
+    (
+        ratio,
+        slenderness,
+        shear,
+        semi_x,
+        semi_y,
+        tilt,
+        offset,
+        y,
+        path_x,
+        speed,
+        path_angle,
+        start,
+        stop,
+        mu,
+        length,
+    ) = different.T
+    count, intervals = len(different), scene.solver.intervals
+    s = np.linspace(0.0, 1.0, intervals + 1)
+    node, middle = _thickness(scene, ratio, length, s)
+    left = scene.finger.side == "left"
+    half = (0.5 if left else -0.5) * slenderness[:, None] * node
+    if scene.model.surface == "axis":
+        half = np.zeros_like(half)
+    recovered = scene.friction.model == "recovered"
+    turns = scene.path.kind == "rotation"
+    if positions is None:
+        path = np.linspace(start, stop, scene.path.steps, axis=1)
+    else:
+        path = np.asarray(positions)[None, :] / (np.ones(count) if turns else length)[:, None]
+    path = np.ascontiguousarray(np.broadcast_to(path, (count, path.shape[1])))
+    vertices = _vertices(scene, semi_x, semi_y, length)
+    base = path if turns else np.broadcast_to(path_angle[:, None], path.shape)
+    x = path_x[:, None] + speed[:, None] * (path - 0.5 * np.pi) if turns else path
+    placement, motion = _placements(base, x, y, tilt, offset, speed if turns else 1.0, turns)
+    motion *= np.sign(stop - start)[:, None, None]
+    return NodalProblem(
+        step=np.full(intervals, 1.0 / intervals),
+        arc=s,
+        bending=middle**3 * intervals,
+        flexibility=1.0 / (middle**3 * intervals),
+        shear_flexibility=shear[:, None] / middle * intervals,
+        thickness=middle,
+        offset=np.column_stack([half, -half[:, -1]]),
+        nodes_touch=int(scene.solver.contact != "points-on-target"),
+        points=_target_points(scene, vertices),
+        vertices=vertices,
+        shape=_SHAPES[scene.target.shape],
+        positions=path,
+        placement=placement,
+        motion=motion,
+        base=np.ascontiguousarray(base),
+        arm=np.ascontiguousarray(offset),
+        mu=np.zeros(count) if recovered else np.ascontiguousarray(mu),
+        left=int(left),
+        printed_section=int(scene.model.section == "psi+gamma"),
+    )
+
+
+def _thickness(scene: Scene, ratio: Array, length: Array, s: Array) -> tuple[Array, Array]:
+    """Thickness over that at the clamp at the nodes `s` (D, N + 1) and at midpoints (D, N)."""
+    middle = 0.5 * (s[1:] + s[:-1])
+    if scene.finger.profile is None:
+        taper = ratio[:, None] - 1.0
+        return 1.0 + taper * s, 1.0 + taper * middle
+    at, w = np.array(scene.finger.profile).T
+    node = np.array([np.interp(s * one, at, w) for one in length]) / w[0]
+    return node, np.array([np.interp(middle * one, at, w) for one in length]) / w[0]
+
+
+def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Array:
+    """(D, V, 2): corners of a polygon; ``[[a, b]]`` of an ellipse; nothing of a half-plane."""
+    if scene.target.vertices is not None:
+        return np.array(scene.target.vertices)[None] / length[:, None, None]
+    return np.ascontiguousarray(np.column_stack([semi_x, semi_y])[:, None, :])
+
+
+def _target_points(scene: Scene, vertices: Array) -> Array:
+    """Points (D, M, 2) of the target that are contact points: `solver.points` all around it (10b),
+    or, where the finger's nodes are (10a), what is sharper than the finger: a polygon's corners."""
+    shape = scene.target.shape
+    if scene.solver.contact != "points-on-target":
+        sharp = shape == "polygon" and scene.solver.contact == "closest"
+        return np.ascontiguousarray(vertices[:, : vertices.shape[1] if sharp else 0])
+    fraction = np.arange(scene.solver.points) / scene.solver.points
+    if shape == "half-plane":  # as far as the finger reaches to both sides
+        along = 4.0 * fraction - 2.0
+        points = np.stack([along, np.zeros_like(along)], axis=-1)
+        return np.broadcast_to(points, (len(vertices), *points.shape)).copy()
+    if shape == "polygon":
+        corners = len(vertices[0])
+        low = (fraction * corners).astype(np.int64)
+        share = (fraction * corners - low)[None, :, None]
+        edges = np.roll(vertices, -1, axis=1) - vertices
+        return np.ascontiguousarray(vertices[:, low] + share * edges[:, low])
+    angle = 2.0 * np.pi * fraction
+    return np.ascontiguousarray(vertices * np.column_stack([np.cos(angle), np.sin(angle)]))
+
+
+def _placements(
+    base: Array, x: Array, y: Array, tilt: Array, offset: Array, speed: Array | float, turns: bool
+) -> tuple[Array, Array]:
+    """Placement of the target in the base's frame (D, P, 3), and its derivative by the position.
+
+    base: (D, P) direction of the base; x: (D, P), y, tilt: (D,) of the target in space; offset:
+    (D,) of the clamp from the pivot; speed: (D,) of x per unit of position.
+    """
+    cos, sin = np.cos(base), np.sin(base)
+    here_x = cos * x + sin * y[:, None] - offset[:, None]
+    here_y = cos * y[:, None] - sin * x
+    placement = np.stack([here_x, here_y, tilt[:, None] - base], axis=-1)
+    rate = np.broadcast_to(speed, y.shape)[:, None]
+    turn = 1.0 if turns else 0.0
+    motion = np.stack(
+        [
+            cos * rate + turn * here_y,
+            -sin * rate - turn * (here_x + offset[:, None]),
+            np.full_like(base, -turn),
+        ],
+        axis=-1,
+    )
+    return placement, motion
+
+
+def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurface]:
+    """Solve all fingers; each comes out once. shapes: whether to keep angles and forces."""
+    everything = lowered.problem
+    tolerance = kkt_tolerance(lowered.scene.solver.rtol)
+    for first in range(0, len(lowered.positions), _CHUNK):
+        chosen = slice(first, first + _CHUNK)
+        arrays = {
+            name: getattr(everything, name)[chosen]
+            for name in NodalProblem._fields
+            if isinstance(getattr(everything, name), np.ndarray) and name not in ("step", "arc")
+        }
+        problem = everything._replace(**arrays)
+        trace = make_surface_trace(problem, shapes)
+        trace_surfaces(problem, tolerance, trace)
+        yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)
+
+
+def finger_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) -> dict[str, Array]:
+    """The finger `d` of `solved` at position `i` in space, dimensionless: s, x, y, psi, gamma,
+    moment (N + 1,) at its nodes; needs the shapes."""
+    problem, trace, design = lowered.problem, solved.trace, solved.designs[d]
+    psi, gamma, contact = trace.psi[d, i], trace.gamma[d, i], trace.contact[d, i]
+    base, arm = problem.base[design, i], problem.arm[design]
+    theta = 0.5 * (psi[1:] + psi[:-1]) + gamma[1:]
+    x = np.concatenate([[0.0], np.cumsum(problem.step * np.cos(theta))])
+    y = np.concatenate([[0.0], np.cumsum(problem.step * np.sin(theta))])
+    # the moment about each node of the forces that act beyond it
+    at, px, py, fx, fy = contact[contact[:, 3:].any(axis=1)].T
+    turn = (px - x[:, None]) * fy - (py - y[:, None]) * fx
+    moment = np.where(at > problem.arc[:, None], turn, 0.0).sum(axis=1)
+    between = np.concatenate([gamma[1:2], 0.5 * (gamma[1:-1] + gamma[2:]), gamma[-1:]])
+    x_space, y_space = _in_space(base, arm + x, y)
+    return {
+        "s": problem.arc,
+        "x": x_space,
+        "y": y_space,
+        "psi": base + psi,
+        "gamma": between,
+        "moment": moment,
+    }
+
+
+def contacts_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) -> dict[str, Array]:
+    """The k touching points of finger `d` of `solved` at position `i` in space, dimensionless: s,
+    x, y, force_x, force_y (k,); needs the shapes."""
+    problem, design = lowered.problem, solved.designs[d]
+    contact = solved.trace.contact[d, i]
+    s, px, py, fx, fy = contact[contact[:, 3:].any(axis=1)].T
+    base = problem.base[design, i]
+    x, y = _in_space(base, problem.arm[design] + px, py)
+    force_x, force_y = _in_space(base, fx, fy)
+    return {"s": s, "x": x, "y": y, "force_x": force_x, "force_y": force_y}
+
+
+def _in_space(base: float, x: Array, y: Array) -> tuple[Array, Array]:
+    """Vectors of the base's frame in space."""
+    return np.cos(base) * x - np.sin(base) * y, np.sin(base) * x + np.cos(base) * y

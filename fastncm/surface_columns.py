@@ -1,0 +1,135 @@
+"""The tables of scenes in direct contact: how a trace's rows become their columns.
+
+Columns, order and units are those of `fastncm.columns`, which every scene shares; positions are
+angles where the base turns, and a contact that is no point has an interval.
+"""
+
+import numpy as np
+
+from fastncm.columns import CASE_UNITS, CURVE_UNITS
+from fastncm.path import surface_rows as rows
+from fastncm.path.surface_reduce import Summary
+from fastncm.scene import Scene
+from fastncm.sqp import status
+from fastncm.surface import LoweredSurface
+
+Array = np.ndarray
+
+_WORDS = np.array(status.WORDS, dtype=object)
+_ADVICE = np.array(status.ADVICE, dtype=object)
+#: A row whose contact force may be wrong by more than this part says so.
+_COARSE = 0.05
+#: Columns of a curve that only direct contact has.
+_EXTRA_UNITS = {"contact_from_m": "m", "contact_to_m": "m", "advice": ""}
+
+
+def surface_curve_units(scene: Scene) -> dict[str, str]:
+    """Column of a curve to its unit ("1": a pure number, "": a word)."""
+    return CURVE_UNITS | _EXTRA_UNITS | {"position": scene.position_unit}
+
+
+def surface_case_units(scene: Scene) -> dict[str, str]:
+    """Column of the cases table to its unit."""
+    return CASE_UNITS | {"peak_position": scene.position_unit}
+
+
+def position_scale(lowered: LoweredSurface, chosen: Array) -> Array:
+    """(C,) by which the chosen cases' positions are multiplied: m for lengths, 1 for angles."""
+    length: Array = lowered.scale.length[chosen]
+    return length if lowered.scene.position_unit == "m" else np.ones_like(length)
+
+
+def surface_curve_columns(
+    table: Array, lowered: LoweredSurface, chosen: Array, design: Array
+) -> dict[str, Array]:
+    """Columns of a curve, each (C P,), of the chosen cases, from the rows of their designs.
+
+    table: (D, P, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's in the
+    table. A row that is not solved has no numbers but its position; one without contact has no
+    contact point.
+    """
+    picked = table[design]
+    number = picked[:, :, rows.STATUS].astype(np.int64)
+    solved = number <= status.NO_CONTACT
+    touching = number == status.CONVERGED
+    length = lowered.scale.length[chosen, None]
+    force = lowered.scale.force[chosen, None]
+    strain = lowered.scale.strain[chosen, None]
+
+    def where(shown: Array, column: int, unit: Array | float = 1.0) -> Array:
+        return np.where(shown, picked[:, :, column] * unit + 0.0, np.nan)  # no -0.0
+
+    def whole(column: int) -> Array:
+        return np.where(touching, picked[:, :, column], 0.0).astype(np.int64)
+
+    columns = {
+        "position": picked[:, :, rows.POSITION] * position_scale(lowered, chosen)[:, None],
+        "status": _WORDS[number],
+        "force_x_N": where(solved, rows.FORCE_X, force),
+        "force_y_N": where(solved, rows.FORCE_Y, force),
+        "insertion_force_N": where(solved, rows.INSERTION, force),
+        "normal_force_N": where(solved, rows.NORMAL, force),
+        "friction_force_N": where(solved, rows.FRICTION, force),
+        "contacts": whole(rows.CONTACTS),
+        "sticking": whole(rows.STICKING),
+        "contact_s_m": where(touching, rows.S_MEAN, length),
+        "contact_x_m": where(touching, rows.X_MEAN, length),
+        "contact_y_m": where(touching, rows.Y_MEAN, length),
+        "tip_x_m": where(solved, rows.TIP_X, length),
+        "tip_y_m": where(solved, rows.TIP_Y, length),
+        "tip_angle_rad": where(solved, rows.TIP_ANGLE),
+        "energy_J": where(solved, rows.ENERGY, force * length),
+        "max_strain": where(solved, rows.STRAIN, strain),
+        "iterations": picked[:, :, rows.ITERATIONS].astype(np.int64),
+        "kkt_residual": picked[:, :, rows.RESIDUAL],
+        "error_estimate": where(solved, rows.ESTIMATE),
+        "contact_from_m": where(touching, rows.S_FROM, length),
+        "contact_to_m": where(touching, rows.S_TO, length),
+        "advice": _advice(picked, number, length),
+    }
+    return {
+        name: np.ascontiguousarray(columns[name]).ravel()
+        for name in surface_curve_units(lowered.scene)
+        if name in columns
+    }
+
+
+def _advice(picked: Array, number: Array, length: Array) -> Array:
+    """What to do about each row (C, P), with the figures that are at hand; mostly nothing."""
+    advice: Array = _ADVICE[number]
+    for case, place in zip(*np.nonzero(number == status.INFEASIBLE), strict=True):
+        overlap = picked[case, place, rows.OVERLAP] * length[case, 0]
+        if overlap > 0.0:
+            advice[case, place] += f" The overlap is {overlap:.4g} m."
+    estimate = np.where(number == status.CONVERGED, picked[:, :, rows.ESTIMATE], 0.0)
+    for case, place in zip(*np.nonzero(estimate > _COARSE), strict=True):
+        advice[case, place] = (
+            f"The contact force may be wrong by {estimate[case, place]:.0%}: the contact takes up "
+            "few of the intervals; use a larger solver.intervals."
+        )
+    return advice
+
+
+def surface_case_columns(
+    summary: Summary, lowered: LoweredSurface, chosen: Array
+) -> dict[str, Array]:
+    """Columns of the cases table, each (C,), from the summaries (C,) of the chosen cases; failed
+    cases have no numbers."""
+    force, length = lowered.scale.force[chosen], lowered.scale.length[chosen]
+    failed = summary.status > status.NO_CONTACT
+
+    def where(values: Array, unit: Array | float = 1.0) -> Array:
+        return np.where(failed, np.nan, values * unit)
+
+    columns = {
+        "status": _WORDS[summary.status],
+        "peak_force_N": where(summary.peak_force, force),
+        "peak_position": where(summary.peak_position, position_scale(lowered, chosen)),
+        "max_strain": where(summary.strain, lowered.scale.strain[chosen]),
+        "insertion_work_J": where(summary.work, force * length),
+        "error_estimate": where(summary.estimate),
+        "positions": np.full(len(chosen), lowered.positions.shape[1]),
+        "iterations": summary.iterations,
+        "advice": _ADVICE[summary.status],
+    }
+    return {name: columns[name] for name in surface_case_units(lowered.scene) if name in columns}

@@ -1,0 +1,221 @@
+"""One scene in direct contact along its path: forces, shapes, distributed contacts, the peak."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from fastncm.curve_base import Curve, Peak
+from fastncm.path import surface_rows as rows
+from fastncm.path.surface_reduce import Summary, parabola_vertex, summarise_surfaces
+from fastncm.scene import CaseGroup, Scene, tabulate
+from fastncm.sqp import status
+from fastncm.surface import (
+    LoweredSurface,
+    SolvedSurface,
+    contacts_at,
+    finger_at,
+    lower_surface,
+    solve_surfaces,
+)
+from fastncm.surface_columns import surface_curve_columns, surface_curve_units
+
+Array = np.ndarray
+
+#: Positions of a closer look at an interval; each makes it this much shorter.
+_CLOSER = 17
+#: The peak is searched until its interval is this part of the path, and a parabola does the rest.
+_PEAK_SHARE = 1e-5
+#: Touch and release are located to this part of the path.
+_EVENT_SHARE = 1e-10
+
+
+def solve_surface(scene: Scene, positions: Array | None) -> "SurfaceCurve":
+    """Solve a scene without a jaw along its path, or at the positions (P,) in m or rad."""
+    group = tabulate(scene, {})[0]
+    lowered = lower_surface(group, positions)
+    solved = next(iter(solve_surfaces(lowered, shapes=True)))
+    return SurfaceCurve(scene, group, lowered, solved)
+
+
+@dataclass(frozen=True)
+class SurfaceCurve(Curve):
+    """A scene whose finger touches with its own side, solved along a path."""
+
+    scene: Scene
+    _group: CaseGroup
+    _lowered: LoweredSurface
+    _solved: SolvedSurface
+
+    def __len__(self) -> int:
+        return int(self._lowered.positions.shape[1])
+
+    def frame(self) -> pd.DataFrame:
+        """One row per position, columns as `surface_curve_units` has them; ``.attrs["units"]`` has
+        the units."""
+        zero = np.zeros(1, dtype=np.int64)
+        table = self._solved.trace.rows
+        frame = pd.DataFrame(surface_curve_columns(table, self._lowered, zero, zero))
+        units = surface_curve_units(self.scene)
+        frame.attrs["units"] = {name: units[name] for name in frame.columns}
+        return frame
+
+    @cached_property
+    def _summary(self) -> Summary:
+        path = self.scene.path
+        forward = isinstance(path.start, float) and path.start < path.stop
+        sense = np.array([1.0 if forward else -1.0])
+        return summarise_surfaces(self._solved.trace.rows, sense)
+
+    @property
+    def status(self) -> str:
+        """Status of the whole path: the first row's that failed, else "converged" or
+        "no_contact"."""
+        return status.WORDS[int(self._summary.status[0])]
+
+    @property
+    def advice(self) -> str:
+        """What to do about the status, or about the row with the largest error where that is large;
+        empty where nothing is to be done."""
+        frame = self.frame()
+        if self.status == status.WORDS[status.NO_CONTACT]:
+            return status.ADVICE[status.NO_CONTACT]
+        if self.status != status.WORDS[status.CONVERGED]:
+            return str(frame["advice"][frame["status"] == self.status].iloc[0])
+        return str(frame["advice"].iloc[int(frame["error_estimate"].fillna(0.0).argmax())])
+
+    @property
+    def insertion_work_J(self) -> float:
+        """Work that the target does against the insertion force over the whole path, in J."""
+        scale = self._lowered.scale
+        return float(self._summary.work[0] * scale.force[0] * scale.length[0])
+
+    @cached_property
+    def peak(self) -> Peak:
+        """The located peak of the insertion force: 0 N where the target never touches, NaN where
+        some row failed, since the true peak may be there.
+
+        The interval around the largest row is solved again, ever closer.
+        """
+        if self._summary.status[0] > status.NO_CONTACT:
+            return Peak(float("nan"), float("nan"))
+        position = self._positions
+        force = self._solved.trace.rows[0, :, rows.INSERTION]
+        at = int(force.argmax())
+        if force[at] <= 0.0:
+            return Peak(float(position[at]), 0.0)
+        span = float(np.ptp(position))
+        first, last = max(at - 1, 0), min(at + 1, len(position) - 1)
+        x, f = position[first : last + 1], force[first : last + 1]
+        while abs(x[-1] - x[0]) > _PEAK_SHARE * span and _one_way(x):
+            x = np.linspace(x[0], x[-1], _CLOSER)
+            closer = self._closer(first, x)
+            f = np.where(_loaded(closer), closer[:, rows.INSERTION], -np.inf)
+            at = int(f.argmax())
+            x, f = x[max(at - 1, 0) : at + 2], f[max(at - 1, 0) : at + 2]
+        at = int(f.argmax())
+        best, value = x[at], f[at]
+        if at == 1 and len(x) == 3 and _one_way(x):
+            vertex, place = parabola_vertex(x, f)
+            if np.isfinite(vertex):
+                value, best = vertex, place
+        return Peak(float(best), float(value * self._lowered.scale.force[0]))
+
+    def events(self) -> pd.DataFrame:
+        """Where contact begins ("touch") and ends ("release"), located between rows: event,
+        position, insertion_force_N (on the side of the contact), interval, the row before it."""
+        touching = _loaded(self._solved.trace.rows[0])
+        force = self._lowered.scale.force[0]
+        found = []
+        for k in np.flatnonzero(touching[1:] != touching[:-1]):
+            x, insertion = self._change(int(k))
+            name = "release" if touching[k] else "touch"
+            found.append((name, x, insertion * force, int(k)))
+        columns = ["event", "position", "insertion_force_N", "interval"]
+        return pd.DataFrame(found, columns=columns)
+
+    def shape(self, i: int) -> pd.DataFrame:
+        """The finger at row `i`: s_m, x_m, y_m, psi_rad, gamma_rad, moment_Nm at its nodes.
+
+        The moment is that of the contact forces beyond, which is exact for the given forces
+        (positive where it turns psi up). Raises IndexError for a row that is not there.
+        """
+        finger = finger_at(self._lowered, self._solved, 0, self._place(i))
+        scale = self._lowered.scale
+        length, force = scale.length[0], scale.force[0]
+        return pd.DataFrame(
+            {
+                "s_m": finger["s"] * length,
+                "x_m": finger["x"] * length,
+                "y_m": finger["y"] * length,
+                "psi_rad": finger["psi"],
+                "gamma_rad": finger["gamma"],
+                "moment_Nm": finger["moment"] * force * length,
+            }
+        )
+
+    def contacts(self, i: int) -> pd.DataFrame:
+        """The touching points at row `i`: s_m, x_m, y_m, force_x_N, force_y_N (on the finger).
+
+        s_m is that of the section whose side touches.
+        """
+        points = contacts_at(self._lowered, self._solved, 0, self._place(i))
+        scale = self._lowered.scale
+        length, force = scale.length[0], scale.force[0]
+        return pd.DataFrame(
+            {
+                "s_m": points["s"] * length,
+                "x_m": points["x"] * length,
+                "y_m": points["y"] * length,
+                "force_x_N": points["force_x"] * force,
+                "force_y_N": points["force_y"] * force,
+            }
+        )
+
+    @property
+    def _positions(self) -> Array:
+        """(P,) in m or rad."""
+        position: Array = self.frame()["position"].to_numpy()
+        return position
+
+    def _closer(self, first: int, x: Array) -> Array:
+        """Rows (len(x), surface_rows.COLUMNS) at the positions `x`, reached along the path's rows
+        up to `first`, so that they lie on the same branch."""
+        way = np.concatenate([self._positions[:first], x])
+        solved = next(iter(solve_surfaces(lower_surface(self._group, way), shapes=False)))
+        table: Array = solved.trace.rows[0, first:]
+        return table
+
+    def _change(self, k: int) -> tuple[float, float]:
+        """Between rows k and k + 1, where contact begins or ends: position (m or rad) and the
+        insertion force (dimensionless) on the side of the contact."""
+        position = self._positions
+        share = _EVENT_SHARE * float(np.ptp(position))
+        table = self._solved.trace.rows[0, k : k + 2]
+        x = position[k : k + 2]
+        while True:
+            touching = _loaded(table)
+            at = int(np.flatnonzero(touching[1:] != touching[:-1])[0])
+            insertion = table[at + int(touching[at + 1]), rows.INSERTION]
+            ends = x[at], x[at + 1]
+            if abs(ends[1] - ends[0]) <= share:
+                return float(ends[int(touching[at + 1])]), float(insertion)
+            x = np.linspace(*ends, _CLOSER)
+            closer = self._closer(k, x)
+            changed = _loaded(closer)
+            if (changed == changed[0]).all():  # the change hangs on the way there: as sampled
+                return float(ends[int(touching[at + 1])]), float(insertion)
+            table = closer
+
+
+def _loaded(table: Array) -> Array:
+    """Which rows are solved and in contact."""
+    touching: Array = table[:, rows.STATUS] == status.CONVERGED
+    return touching
+
+
+def _one_way(x: Array) -> bool:
+    """Whether the positions go on in one sense."""
+    steps = np.diff(x)
+    return bool((steps > 0.0).all() or (steps < 0.0).all())
