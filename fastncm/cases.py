@@ -125,12 +125,11 @@ def _summarise(solved: Solved, lowered: Lowered, chosen: Array, design: Array) -
     """Summaries (`path.reduce`) of the chosen cases, smooth peaks refined, and the shapes that
     took."""
     table, positions = solved.trace.rows, lowered.positions.shape[1]
-    mu = np.ascontiguousarray(lowered.mu[chosen])
-    direction = lowered.direction[solved.designs][design]
+    turned = np.ascontiguousarray(lowered.turned[chosen])
     summary = np.empty((len(chosen), reduce.COLUMNS))
-    summarise(table, positions, design, mu, direction, summary)
+    summarise(table, positions, design, turned, summary)
     tolerance = kkt_tolerance(lowered.scene.solver.rtol)
-    extra = refine_peaks(solved.problem, tolerance, solved.trace, design, mu, direction, summary)
+    extra = refine_peaks(solved.problem, tolerance, solved.trace, design, turned, summary)
     return summary, extra
 
 

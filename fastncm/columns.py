@@ -40,6 +40,7 @@ CURVE_UNITS = {
     "normal_force_N": "N",
     "friction_force_N": "N",
     "contacts": "1",
+    "sticking": "1",
     "contact_s_m": "m",
     "contact_x_m": "m",
     "contact_y_m": "m",
@@ -64,9 +65,9 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
     no contact point.
     """
     positions = lowered.positions.shape[1]
-    mu = np.ascontiguousarray(lowered.mu[chosen])
+    turned = np.ascontiguousarray(lowered.turned[chosen])
     forces = np.empty((len(chosen), positions, 7))
-    turned_forces(table, design, mu, lowered.direction[lowered.problem_of[chosen]], forces)
+    turned_forces(table, design, turned, forces)
     picked = table[design, :positions]
     number = picked[:, :, rows.STATUS].astype(np.int64)
     number[(number == status.CONVERGED) & (forces[:, :, HOLDS] == 0.0)] = status.NO_EQUILIBRIUM
@@ -87,6 +88,7 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "normal_force_N": where(solved, forces[:, :, NORMAL] * force),
         "friction_force_N": where(solved, forces[:, :, FRICTION] * force),
         "contacts": np.where(touching, picked[:, :, rows.CONTACTS], 0.0).astype(np.int64),
+        "sticking": np.where(touching, picked[:, :, rows.STICKING], 0.0).astype(np.int64),
         "contact_s_m": where(touching, np.broadcast_to(length, touching.shape)),
         "contact_x_m": where(touching, picked[:, :, rows.CONTACT_X] * length),
         "contact_y_m": where(touching, picked[:, :, rows.CONTACT_Y] * length),

@@ -51,13 +51,12 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> "Cu
         positions = _checked(positions)
     lowered = lower(group, positions)
     solved = next(solve_paths(lowered))
-    mu, direction = np.array([scene.friction.mu]), lowered.direction
     zero = np.zeros(1, dtype=np.int64)
     summary = np.empty((1, reduce.COLUMNS))
     count = lowered.positions.shape[1]
-    summarise(solved.trace.rows, count, zero, mu, direction, summary)
+    summarise(solved.trace.rows, count, zero, lowered.turned, summary)
     tolerance = kkt_tolerance(scene.solver.rtol)
-    refine_peaks(solved.problem, tolerance, solved.trace, zero, mu, direction, summary)
+    refine_peaks(solved.problem, tolerance, solved.trace, zero, lowered.turned, summary)
     return Curve(scene, lowered, solved, summary[0])
 
 
@@ -138,8 +137,7 @@ class Curve:
         table = self._solved.trace.rows
         one = np.zeros(1, dtype=np.int64)
         forces = np.empty((1, table.shape[1], 7))
-        mu = np.array([self.scene.friction.mu])
-        turned_forces(table, one, mu, self._lowered.direction, forces)
+        turned_forces(table, one, self._lowered.turned, forces)
         behind = np.arange(len(self), table.shape[1])
         used = behind[table[0, behind, rows.KIND] != rows.AT_POSITION]
         return pd.DataFrame(
@@ -169,8 +167,8 @@ class Curve:
         x = s * (np.cos(theta) @ rule.weights)
         y = s * (np.sin(theta) @ rule.weights)
         scale = self._lowered.scale
-        fx = row[rows.FORCE] * row[rows.NORMAL_X]
-        fy = row[rows.FORCE] * row[rows.NORMAL_Y]
+        fx = row[rows.FORCE] * row[rows.NORMAL_X] - row[rows.RUB] * row[rows.NORMAL_Y]
+        fy = row[rows.FORCE] * row[rows.NORMAL_Y] + row[rows.RUB] * row[rows.NORMAL_X]
         moment = (row[rows.CONTACT_X] - x) * fy - (row[rows.CONTACT_Y] - y) * fx
         return pd.DataFrame(
             {

@@ -44,10 +44,12 @@ class Scale:
 class Lowered:
     """The different dimensionless problems of a group of cases, and how the cases use them.
 
-    ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); positions: (D,
-    N); direction: (D,), +1 or -1, the sense of the target's motion along x on the scene's own path,
-    which holds for positions in any order. problem_of: (C,) int64, which problem each case uses;
-    scale: of the cases; mu: (C,) friction.
+    ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); mu: (D,)
+    friction of the model "equilibrium"; positions: (D, N); direction: (D,), +1 or -1, the sense of
+    the target's motion along x on the scene's own path, by which the insertion force is counted
+    whatever the order of the positions. problem_of: (C,) int64, which problem each case uses; scale:
+    of the cases; turned: (C,) friction of the model "recovered", by which forces are turned
+    afterwards.
     """
 
     scene: Scene
@@ -55,11 +57,12 @@ class Lowered:
     shear_stiffness: Array
     jaw: Array
     target: Array
+    mu: Array
     positions: Array
     direction: Array
     problem_of: Array
     scale: Scale
-    mu: Array
+    turned: Array
 
     def problem(self, order: int, designs: Array) -> Problem:
         """The `designs` (indices) as the kernels want them, with `order` modes per field."""
@@ -74,6 +77,7 @@ class Lowered:
             printed_section=int(self.scene.model.section == "psi+gamma"),
             jaw=self.jaw[designs],
             target=self.target[designs],
+            mu=self.mu[designs],
             positions=self.positions[designs],
             kind=c.CIRCLE if self.scene.target.shape == "circle" else c.BLOCK,
             form=_FORMS[self.scene.solver.contact],
@@ -84,7 +88,9 @@ class Lowered:
 def scale_only_names(scene: Scene) -> frozenset[str]:
     """Dotted names that change only the scale of this scene's answers: cases that differ in nothing
     else share one dimensionless problem."""
-    names = {*_SCALE_ONLY, "friction.mu"}
+    names = set(_SCALE_ONLY)
+    if scene.friction.model == "recovered":
+        names.add("friction.mu")
     tapered = isinstance(scene.finger.thickness, tuple)
     if not scene.model.shear:
         names.update(n for n in _SCALE_ONLY_WITHOUT_SHEAR if n != "finger.thickness" or not tapered)
@@ -118,10 +124,11 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
             v["y"] / length,
             v["start"] / length,
             v["stop"] / length,
+            v["mu"] if scene.friction.model == "equilibrium" else np.zeros_like(length),
         ]
     )
     different, problem_of = _unique_rows(key)
-    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop = different.T
+    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop, mu = different.T
     jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, rho if scene.jaw.convex else -rho)
     target = np.column_stack([radius, y])
     if positions is None:
@@ -140,11 +147,12 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
         shear_stiffness=np.ascontiguousarray(shear_stiffness),
         jaw=jaw,
         target=target,
+        mu=np.ascontiguousarray(mu),
         positions=np.ascontiguousarray(path),
         direction=np.where(start < stop, 1.0, -1.0),  # NaN, the first touch, lies before stop
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
-        mu=v["mu"],
+        turned=v["mu"] if scene.friction.model == "recovered" else np.zeros_like(length),
     )
 
 

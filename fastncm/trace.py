@@ -66,6 +66,7 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
         while len(pending):
             problem = lowered.problem(order, pending)
             trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+            trace.rows[:, :, rows.DIRECTION] = lowered.direction[pending, None]
             accepted = np.ones(len(pending), dtype=bool)
             if solver.order == "auto" and order < c.MAX_ORDER:
                 accepted = _truncation(trace) <= solver.rtol
@@ -109,7 +110,8 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         trace_carefully(problem, options, trace)
     else:
         trace_lanes(problem, tolerance, trace)
-        failed = np.flatnonzero((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
+        failed = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
+        failed = np.flatnonzero(failed & (problem.mu == 0.0))
         if len(failed):
             again = _select(problem, failed)
             second = _room(again, constraints)
@@ -136,6 +138,7 @@ def _select(problem: Problem, designs: Array) -> Problem:
         shear_stiffness=problem.shear_stiffness[designs],
         jaw=problem.jaw[designs],
         target=problem.target[designs],
+        mu=problem.mu[designs],
         positions=problem.positions[designs],
     )
 

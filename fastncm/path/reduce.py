@@ -62,16 +62,16 @@ def _smooth_maximum(h, f0, f1, r0, r1):
 
 
 @kernel
-def summarise(table, positions, design, mu, direction, out):
+def summarise(table, positions, design, mu, out):
     """Summaries of C cases from the rows of their designs.
 
-    table: (D, positions + EVENTS, rows.COLUMNS); design, mu, direction: (C,); out: (C, COLUMNS),
+    table: (D, positions + EVENTS, rows.COLUMNS); design, mu (of the recovered rule): (C,); out: (C, COLUMNS),
     overwritten. The peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies between two
     rows and is to be refined (`path.peaks`). The work is the integral of the cubic through the rows
     and their rates.
     """
     for case in range(out.shape[0]):
-        d, m, sense = design[case], mu[case], direction[case]
+        d, m = design[case], mu[case]
         for column in range(COLUMNS):
             out[case, column] = 0.0
         out[case, PEAK_POSITION] = table[d, 0, rows.POSITION]
@@ -89,7 +89,8 @@ def summarise(table, positions, design, mu, direction, out):
                 event += 1
             state = int(table[d, i, rows.STATUS])
             out[case, ITERATIONS] += table[d, i, rows.ITERATIONS]
-            _, _, _, _, f1, r1, holds = turned_force(table, d, i, m, sense)
+            sense = table[d, i, rows.DIRECTION]
+            _, _, _, _, f1, r1, holds = turned_force(table, d, i, m)
             loaded = state == status.CONVERGED and table[d, i, rows.FORCE] > 0.0
             if loaded and not holds:
                 state = status.NO_EQUILIBRIUM

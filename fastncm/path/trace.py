@@ -8,7 +8,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis, mode_count
-from fastncm.path import newton, rows
+from fastncm.path import newton, rows, stick
 from fastncm.path.lanes import make_lanes
 from fastncm.path.touch import locate_touch, undeformed_gap
 from fastncm.path.walk import forget, make_walk, predict, remember
@@ -53,7 +53,11 @@ def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Tr
 def begin_block(problem, first, lanes):
     """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
     designs = problem.positions.shape[0]
+    lanes.rubs[0] = False
     for lane in range(LANES):
+        lanes.mu[lane] = problem.mu[first + lane] if first + lane < designs else 0.0
+        lanes.rubs[0] = lanes.rubs[0] or lanes.mu[lane] > 0.0
+        lanes.rub[lane], lanes.side[lane] = 0.0, 0.0
         lanes.design[lane] = first + lane if first + lane < designs else -1
         lanes.active[lane] = False
         if first + lane < designs:
@@ -94,6 +98,8 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
                 free += reach
                 reach *= 1.5
             walk.t[lane] = locate_touch(problem, d, free, t)
+            if lanes.mu[lane] > 0.0:
+                stick.begin_contact(problem, lanes, walk, lane)
         start[lane] = walk.t[lane]
         moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / LONGEST_MOVE)))
         most = max(most, moves[lane])
@@ -153,8 +159,14 @@ def trace_lanes(problem, tolerance, trace):
             for move in range(1, most + 1):
                 set_target(problem, i, most - move, lanes, start, moves)
                 predict(lanes, walk)
+                if lanes.rubs[0]:
+                    stick.assume(lanes, walk)
                 newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
+                if lanes.rubs[0]:
+                    stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
                 newton.rates(lanes)
+                if lanes.rubs[0]:
+                    stick.keep(lanes, walk)
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]

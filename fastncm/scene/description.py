@@ -84,7 +84,7 @@ class Friction:
     """Coulomb friction between jaw and target."""
 
     mu: float = 0.0
-    model: str = "recovered"  # (14)-(17): the frictionless shape, the force turned
+    model: str = "equilibrium"  # or "recovered", (14)-(17): the frictionless shape, force turned
 
 
 @dataclass(frozen=True)

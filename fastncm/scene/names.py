@@ -97,7 +97,7 @@ OPTIONS = (
     Option(
         "friction.model",
         "how friction acts",
-        Word(("recovered",), {"equilibrium": f"'equilibrium' {NOT_YET}"}),
+        Word(("equilibrium", "recovered")),
     ),
     Option("model.shear", "the finger shears", Switch()),
     Option("model.section", "what turns the section", Word(("psi", "psi+gamma"))),
