@@ -140,11 +140,12 @@ class Curve:
         turned_forces(table, one, self._lowered.turned, forces)
         behind = np.arange(len(self), table.shape[1])
         used = behind[table[0, behind, rows.KIND] != rows.AT_POSITION]
+        scale = self._lowered.scale
         return pd.DataFrame(
             {
                 "event": [_EVENT_NAMES[int(kind)] for kind in table[0, used, rows.KIND]],
-                "position": table[0, used, rows.POSITION] * self._lowered.scale.length[0],
-                "insertion_force_N": forces[0, used, INSERTION] * self._lowered.scale.force[0],
+                "position": table[0, used, rows.POSITION] * scale.length[0],
+                "insertion_force_N": forces[0, used, INSERTION] * scale.force[0] + 0.0,  # no -0.0
                 "interval": table[0, used, rows.INTERVAL].astype(np.int64),
             }
         )

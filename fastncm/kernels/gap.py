@@ -14,9 +14,9 @@ pose is `(x, y, psi)`: the tip's position and the angle of its section; the jaw 
 
 ``(g, gx, gy, gp, hxx, hxy, hyy, hxp, hyp, hpp, px, py, feature)``
 
-with the derivatives by the pose, the contact point `(px, py)` of the jaw's surface in space and the
-feature's code. The target moves along x, hence the derivative of `g` by its position is ``-gx``,
-that of `gx` ``-hxx`` ...
+with the derivatives by the pose, the contact point `(px, py)` in space and the feature's code. The
+target moves along x, hence the derivative of `g` by its position is ``-gx``, that of `gx` ``-hxx``
+...
 """
 
 import numpy as np
@@ -63,8 +63,8 @@ def target_point_gap(mx, my, rho, nx, ny, px, py, r, x, y, cos, sin, feature):
         hxp,
         hyp,
         curvature * along * along - nx * qx - ny * qy,
-        px - field * wx,
-        py - field * wy,
+        px - r * wx,
+        py - r * wy,
         feature,
     )
 

@@ -32,8 +32,9 @@ class Lanes(NamedTuple):
 
     Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
     (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
-    (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); pushed, held,
-    shift, answer: (3, LANES); inverse: (2, 2, LANES); determinant: (LANES,).
+    (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
+    pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept, determinant:
+    (LANES,).
 
     Outcome. residual: KKT; iterations: int64; good: bool.
     """
@@ -77,11 +78,15 @@ class Lanes(NamedTuple):
     flexible: np.ndarray
     change: np.ndarray
     small: np.ndarray
+    reach: np.ndarray
+    slide: np.ndarray
     pushed: np.ndarray
     held: np.ndarray
     shift: np.ndarray
     answer: np.ndarray
     inverse: np.ndarray
+    penalty: np.ndarray
+    crept: np.ndarray
     determinant: np.ndarray
     residual: np.ndarray
     iterations: np.ndarray
@@ -141,11 +146,15 @@ def make_lanes(problem):
         flexible=np.zeros((3, 3, LANES)),
         change=np.zeros((3, 3, LANES)),
         small=np.zeros((3, 3, LANES)),
+        reach=np.zeros((3, LANES)),
+        slide=np.zeros((3, LANES)),
         pushed=np.zeros((3, LANES)),
         held=np.zeros((3, LANES)),
         shift=np.zeros((3, LANES)),
         answer=np.zeros((3, LANES)),
         inverse=np.zeros((2, 2, LANES)),
+        penalty=np.zeros(LANES),
+        crept=np.zeros(LANES),
         determinant=np.zeros(LANES),
         residual=np.zeros(LANES),
         iterations=np.zeros(LANES, np.int64),

@@ -107,6 +107,9 @@ def _tangent(problem, lanes):
         lanes.tangent[2, lane] = (
             lanes.arm[0, lane] * gap[c.GX, lane] + lanes.arm[1, lane] * gap[c.GY, lane]
         )
+    for lane in range(LANES):  # the place on the jaw, where the gap gives that on the target
+        on_target = gap[c.FEATURE, lane] <= c.ON_B
+        lanes.tangent[2, lane] += gap[c.GAP, lane] if on_target else 0.0
     if lanes.holds[0]:
         for lane in range(LANES):
             if lanes.active[lane] and lanes.sticks[lane]:
@@ -248,13 +251,7 @@ def rates(lanes):
                 + lanes.answer[1, lane] * lanes.across[1, k, lane]
                 + lanes.answer[2, lane] * lanes.across[2, k, lane]
             )
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.pose_rate[i, lane] = (
-                lanes.flexible[i, 0, lane] * lanes.answer[0, lane]
-                + lanes.flexible[i, 1, lane] * lanes.answer[1, lane]
-                + lanes.flexible[i, 2, lane] * lanes.answer[2, lane]
-            )
+    tip.bend(lanes, lanes.answer, lanes.pose_rate)
 
 
 @inner

@@ -233,7 +233,7 @@ def _estimate(problem, lanes, at):
             total[lane] += lanes.fx[lane] * lanes.fy[lane]
         for lane in range(LANES):
             size[lane] += abs(lanes.fx[lane] * lanes.fy[lane]) + lanes.fx[lane] ** 2 * abs(
-                lanes.inverse[0, 0, lane]
+                lanes.inverse[0, 0, lane] - lanes.penalty[lane]
             )
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]

@@ -106,13 +106,13 @@ def settle(problem, lanes, walk, tolerance, most):
 
 @inner
 def _is_wrong(problem, lanes, lane):
-    """True where friction is beyond its limit, the contact slips against its sense, or there is no
-    solution at all."""
+    """True where friction is beyond its limit, a contact slips against its sense, or cannot stick.
+
+    Where it cannot slide friction locks: that is no reason to stick.
+    """
     mu = lanes.mu[lane]
-    if mu == 0.0:
-        return False
-    if not lanes.good[lane]:
-        return True
+    if mu == 0.0 or not lanes.good[lane]:
+        return mu > 0.0 and lanes.sticks[lane]
     if lanes.sticks[lane]:
         return abs(lanes.rub[lane]) > (1.0 + _CONE_ROUNDING) * mu * lanes.force[lane]
     lanes.slipped[lane] = slip(problem, lanes, lane)

@@ -14,11 +14,14 @@ and the friction force rub with tau that of a unit force along the contact's tan
 which is unsymmetric with friction: there is no energy that it belongs to. A sliding contact has
 ``rub = side lambda`` and the one condition ``a dp = -g``; one that sticks has also ``tau dp = h``,
 h the slip that has crept in (the slip's derivative is -tau, see `path.slip`). Both are answered by
-the factors of the 3 x 3 matrix ``1 - D C`` and a system of one or two equations.
+the factors of the 3 x 3 matrix ``M = 1 - D C + w b (C a)^T`` with ``b = a + side tau``, and a system
+of one or two equations. The last term stands for a penalty on the gap: it changes only the share of
+lambda that is left to the constraint (by ``w`` times the gap's change, which is known), and keeps M
+regular where ``1 - D C`` is not, as where a corner slides around a small circle.
 
-The determinant of the whole linear system is the product of those of G, of ``1 - D C`` and of the
-last system. It is positive at first touch and changes its sign at a limit point; without friction
-it is positive at minima (Nocedal & Wright 2006, th. 16.3).
+The determinant of the whole linear system is the product of those of G, of M and of the last
+system. It is positive at first touch and changes its sign at a limit point; without friction it is
+positive at minima (Nocedal & Wright 2006, th. 16.3).
 """
 
 from fastncm.kernels import constants as c
@@ -26,13 +29,17 @@ from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
+#: The penalty's stiffness over that of the tip along the contact's normal.
+_PENALTY = 3.0
+
 
 @inner
 def prepare(lanes):
     """Factors for `respond` from the evaluated state and the flexibility of the last factor.
 
-    Overwrites change (D), small (the factors of 1 - D C), pushed and held (the wrenches that the
-    tip bears for a unit of lambda and of rub), inverse (of the last system) and determinant.
+    Overwrites change (D), reach (C a), penalty (w), small (the factors of M), pushed and held (the
+    wrenches that the tip bears for a unit of lambda and of rub), inverse (of the last system) and
+    determinant.
     """
     _change(lanes, 0, c.HXX, c.HXY, c.HXP)
     _change(lanes, 1, c.HXY, c.HYY, c.HYP)
@@ -40,6 +47,17 @@ def prepare(lanes):
     if lanes.rubs[0]:
         for lane in range(LANES):
             lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
+    normal = lanes.gap[c.GX : c.GP + 1]
+    for i in range(3):
+        for lane in range(LANES):
+            lanes.pushed[i, lane] = normal[i, lane]
+        if lanes.rubs[0]:
+            for lane in range(LANES):
+                lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
+    bend(lanes, normal, lanes.reach)
+    _dot(normal, lanes.reach, lanes.moved)
+    for lane in range(LANES):
+        lanes.penalty[lane] = _PENALTY / lanes.moved[lane]
     for i in range(3):
         for j in range(3):
             unit = 1.0 if i == j else 0.0
@@ -50,15 +68,13 @@ def prepare(lanes):
                     - lanes.change[i, 1, lane] * lanes.flexible[1, j, lane]
                     - lanes.change[i, 2, lane] * lanes.flexible[2, j, lane]
                 )
-    unsymmetric.factorise(lanes.small)
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.pushed[i, lane] = lanes.gap[c.GX + i, lane]
-        if lanes.rubs[0]:
             for lane in range(LANES):
-                lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
+                lanes.small[i, j, lane] += (
+                    lanes.penalty[lane] * lanes.pushed[i, lane] * lanes.reach[j, lane]
+                )
+    unsymmetric.factorise(lanes.small)
     unsymmetric.solve(lanes.small, lanes.pushed)
-    _along(lanes, lanes.gap[c.GX : c.GP + 1], lanes.pushed, lanes.moved)
+    _dot(lanes.reach, lanes.pushed, lanes.moved)
     for lane in range(LANES):
         lanes.inverse[0, 0, lane] = 1.0 / lanes.moved[lane]
     if lanes.holds[0]:
@@ -98,14 +114,12 @@ def _change(lanes, j, hx, hy, hp):
 
 
 @inlined
-def _along(lanes, row, wrench, out):
-    """``out = row C wrench``, lane by lane. row, wrench: (3, LANES); out: (LANES,)."""
+def bend(lanes, wrench, out):
+    """``out = C wrench``: by how much a wrench (3, LANES) moves the tip."""
     flexible = lanes.flexible
-    for lane in range(LANES):
-        out[lane] = 0.0
     for i in range(3):
         for lane in range(LANES):
-            out[lane] += row[i, lane] * (
+            out[i, lane] = (
                 flexible[i, 0, lane] * wrench[0, lane]
                 + flexible[i, 1, lane] * wrench[1, lane]
                 + flexible[i, 2, lane] * wrench[2, lane]
@@ -113,17 +127,28 @@ def _along(lanes, row, wrench, out):
 
 
 @inlined
+def _dot(one, other, out):
+    """Products of vectors (3, LANES), lane by lane."""
+    for lane in range(LANES):
+        out[lane] = (
+            one[0, lane] * other[0, lane]
+            + one[1, lane] * other[1, lane]
+            + one[2, lane] * other[2, lane]
+        )
+
+
+@inlined
 def _hold(lanes):
     """The second equation of the lanes that stick. ``lanes.moved`` has the first one's coefficient
     on entry, the determinant on return."""
-    normal, tangent = lanes.gap[c.GX : c.GP + 1], lanes.tangent
     for i in range(3):
         for lane in range(LANES):
-            lanes.held[i, lane] = tangent[i, lane]
+            lanes.held[i, lane] = lanes.tangent[i, lane]
     unsymmetric.solve(lanes.small, lanes.held)
-    _along(lanes, normal, lanes.held, lanes.inverse[0, 1])
-    _along(lanes, tangent, lanes.pushed, lanes.inverse[1, 0])
-    _along(lanes, tangent, lanes.held, lanes.inverse[1, 1])
+    bend(lanes, lanes.tangent, lanes.slide)
+    _dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
+    _dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
+    _dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
     for lane in range(LANES):
         a, b = lanes.moved[lane], lanes.inverse[0, 1, lane]
         p, q = lanes.inverse[1, 0, lane], lanes.inverse[1, 1, lane]
@@ -148,8 +173,7 @@ def respond(lanes, lack, crept, force, rub):
     lack: (LANES,) by how much the gap shall grow; crept: (LANES,) by how much the slip shall shrink
     where the contact sticks. force, rub: (LANES,), overwritten.
     """
-    answer, shift = lanes.answer, lanes.shift
-    normal, tangent = lanes.gap[c.GX : c.GP + 1], lanes.tangent
+    answer, shift, share = lanes.answer, lanes.shift, lanes.moved
     for i in range(3):
         for lane in range(LANES):
             answer[i, lane] = (
@@ -158,36 +182,45 @@ def respond(lanes, lack, crept, force, rub):
                 + lanes.change[i, 2, lane] * shift[2, lane]
             )
     unsymmetric.solve(lanes.small, answer)
-    _along(lanes, normal, answer, force)
-    for i in range(3):
-        for lane in range(LANES):
-            force[lane] += normal[i, lane] * shift[i, lane]
+    # what the answer has to do to the gap, and what is left of it for the constraint
+    _dot(lanes.gap[c.GX : c.GP + 1], shift, share)
+    for lane in range(LANES):
+        share[lane] = lack[lane] - share[lane]
+    _dot(lanes.reach, answer, force)
+    for lane in range(LANES):
+        force[lane] = share[lane] - force[lane]
     if lanes.holds[0]:
-        _along(lanes, tangent, answer, rub)
-        for i in range(3):
-            for lane in range(LANES):
-                rub[lane] += tangent[i, lane] * shift[i, lane]
-        for lane in range(LANES):
-            first, second = lack[lane] - force[lane], crept[lane] - rub[lane]
-            force[lane] = (
-                lanes.inverse[0, 0, lane] * first + lanes.inverse[0, 1, lane] * second
-            )
-            rub[lane] = lanes.inverse[1, 0, lane] * first + lanes.inverse[1, 1, lane] * second
-        for i in range(3):
-            for lane in range(LANES):
-                if lanes.sticks[lane]:
-                    answer[i, lane] += rub[lane] * lanes.held[i, lane]
+        _answer_slip(lanes, crept, force, rub)
     else:
         for lane in range(LANES):
-            force[lane] = lanes.inverse[0, 0, lane] * (lack[lane] - force[lane])
+            force[lane] *= lanes.inverse[0, 0, lane]
         for lane in range(LANES):
             rub[lane] = 0.0
     for i in range(3):
         for lane in range(LANES):
             answer[i, lane] += force[lane] * lanes.pushed[i, lane]
+    for lane in range(LANES):
+        force[lane] -= lanes.penalty[lane] * share[lane]
     if lanes.rubs[0]:
         for lane in range(LANES):
             rub[lane] += lanes.side[lane] * force[lane]
+
+
+@inlined
+def _answer_slip(lanes, crept, force, rub):
+    """The last system with the lanes that stick. force: (LANES,), its first right side on entry,
+    lambda on return; rub: (LANES,), overwritten."""
+    rest = lanes.crept
+    _dot(lanes.slide, lanes.answer, rub)
+    _dot(lanes.tangent, lanes.shift, rest)
+    for lane in range(LANES):
+        first, second = force[lane], crept[lane] - rest[lane] - rub[lane]
+        force[lane] = lanes.inverse[0, 0, lane] * first + lanes.inverse[0, 1, lane] * second
+        rub[lane] = lanes.inverse[1, 0, lane] * first + lanes.inverse[1, 1, lane] * second
+    for i in range(3):
+        for lane in range(LANES):
+            if lanes.sticks[lane]:
+                lanes.answer[i, lane] += rub[lane] * lanes.held[i, lane]
 
 
 @inner
@@ -200,17 +233,16 @@ def adjoint(lanes, wrench, moved):
     """
     for i in range(3):
         for lane in range(LANES):
-            wrench[i, lane] = lanes.inverse[0, 0, lane] * lanes.gap[c.GX + i, lane]
+            moved[i, lane] = lanes.inverse[0, 0, lane] * lanes.reach[i, lane]
+        for lane in range(LANES):
+            wrench[i, lane] = lanes.gap[c.GX + i, lane] * (
+                lanes.inverse[0, 0, lane] - lanes.penalty[lane]
+            )
         if lanes.holds[0]:
             for lane in range(LANES):
+                moved[i, lane] += lanes.inverse[0, 1, lane] * lanes.slide[i, lane]
+            for lane in range(LANES):
                 wrench[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
-    for i in range(3):
-        for lane in range(LANES):
-            moved[i, lane] = (
-                lanes.flexible[i, 0, lane] * wrench[0, lane]
-                + lanes.flexible[i, 1, lane] * wrench[1, lane]
-                + lanes.flexible[i, 2, lane] * wrench[2, lane]
-            )
     unsymmetric.solve_transposed(lanes.small, moved)
     for i in range(3):
         for lane in range(LANES):
