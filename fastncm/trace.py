@@ -12,7 +12,8 @@ from fastncm.lowering import Lowered
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
-from fastncm.path.trace import Trace, make_trace, trace_lanes
+from fastncm.path.limit import explain_ends
+from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace, trace_lanes
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 
@@ -31,6 +32,8 @@ _ALGEBRAIC_SHARE = 1e-2
 #: less, by a rounding error that differs between compilations, would be seen in the twelfth digit
 #: of the work.
 _TIGHTEST, _LOOSEST = 1e-13, 1e-12
+#: Move of the target from solve to solve (finger lengths) where a path with friction failed.
+_SHORT_MOVE = 5e-4
 #: Iterations of the SQP; the exact Hessian needs 5, damped BFGS from far away up to 60.
 _SQP_ITERATIONS = 200
 
@@ -109,16 +112,21 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
     if problem.form != c.CLOSEST or not exact:
         trace_carefully(problem, options, trace)
     else:
-        trace_lanes(problem, tolerance, trace)
+        trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
         failed = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
-        failed = np.flatnonzero(failed & (problem.mu == 0.0))
-        if len(failed):
-            again = _select(problem, failed)
+        for chosen in (failed & (problem.mu == 0.0), failed & (problem.mu > 0.0)):
+            designs = np.flatnonzero(chosen)
+            if not len(designs):
+                continue
+            again = _select(problem, designs)
             second = _room(again, constraints)
-            trace_carefully(again, options, second)
-            trace.rows[failed] = second.rows
-            trace.shapes[failed] = second.shapes
-            trace.multipliers[failed] = second.multipliers
+            if problem.mu[designs[0]] == 0.0:
+                trace_carefully(again, options, second)
+            else:
+                trace_lanes(again, tolerance, _SHORT_MOVE, second)
+                explain_ends(again, tolerance, second)
+            for mine, new in zip(trace[:-1], second[:-1], strict=True):
+                mine[designs] = new
             trace.solves[0] += second.solves[0]
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)
@@ -149,5 +157,5 @@ def _subset(solved: Solved, chosen: Array) -> Solved:
         solved.designs[chosen],
         solved.order,
         _select(solved.problem, np.flatnonzero(chosen)),
-        Trace(trace.rows[chosen], trace.shapes[chosen], trace.multipliers[chosen], trace.solves),
+        Trace(*(field[chosen] for field in trace[:-1]), trace.solves),
     )

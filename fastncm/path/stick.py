@@ -124,7 +124,10 @@ def keep(lanes, walk):
     """Remember the friction of the solved lanes; called before `walk.remember`, whose predictor
     starts afresh where a contact changed between sticking and sliding or the target turned back."""
     for lane in range(LANES):
-        if not (lanes.active[lane] and lanes.good[lane] and lanes.mu[lane] > 0.0):
+        if not lanes.active[lane] or lanes.mu[lane] == 0.0:
+            continue
+        if not lanes.good[lane]:
+            walk.lost[lane] = True
             continue
         sense = np.sign(lanes.t[lane] - walk.t[lane])
         if sense == 0.0:

@@ -22,19 +22,27 @@ NEWTON_STEPS = 8
 #: Most events kept per design: touch and release, and up to three feature changes of two rows each.
 EVENTS = 8
 
+#: What is said of the end of a branch of equilibria with friction: the row that failed first,
+#: beyond it; the target's position at the end; the friction up to which the finger slides at that
+#: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
+#: zero where no branch ends.
+END_ROW, END_POSITION, END_MU, END_ENERGY = range(4)
+ENDS = 4
+
 
 class Trace(NamedTuple):
     """Solved paths, dimensionless.
 
     rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of
     the path (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N,
-    K) contact forces by constraint. solves: (1,) shapes solved, those of events and of steps in
-    between included.
+    K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends (`path.limit`).
+    solves: (1,) shapes solved, those of events and of steps in between included.
     """
 
     rows: np.ndarray
     shapes: np.ndarray
     multipliers: np.ndarray
+    ends: np.ndarray
     solves: np.ndarray
 
 
@@ -45,6 +53,7 @@ def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Tr
         np.zeros((designs, count, rows.COLUMNS)),
         np.zeros((designs, count, modes)),
         np.zeros((designs, positions, constraints)),
+        np.zeros((designs, ENDS)),
         np.zeros(1, np.int64),
     )
 
@@ -65,15 +74,15 @@ def begin_block(problem, first, lanes):
 
 
 @inner
-def begin_position(problem, i, lanes, walk, start, moves, trace):
+def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
     An overlap within rounding (a path that starts at first touch) is no contact yet.
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place
-    of first touch (for the first position: of a target that comes from beyond the tip). start:
-    (LANES,), moves: (LANES,) int64, overwritten: from where, and in how many moves (0: no contact).
-    Returns the most moves.
+    of first touch (for the first position: of a target that comes from beyond the tip), in moves of
+    at most `longest`. start: (LANES,), moves: (LANES,) int64, overwritten: from where, and in how
+    many moves (0: no contact). Returns the most moves.
     """
     most = 0
     for lane in range(LANES):
@@ -92,6 +101,8 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
             row[rows.TIP_X] = 1.0
             row[rows.FEATURE] = c.VOID
             continue
+        if walk.lost[lane]:
+            continue
         if walk.feature[lane] == c.VOID:
             free, reach = problem.positions[d, i - 1] if i > 0 else t, LONGEST_MOVE
             while undeformed_gap(problem, d, free) < 0.0 and reach < 64.0:
@@ -101,7 +112,7 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
             if lanes.mu[lane] > 0.0:
                 stick.begin_contact(problem, lanes, walk, lane)
         start[lane] = walk.t[lane]
-        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / LONGEST_MOVE)))
+        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / longest)))
         most = max(most, moves[lane])
     return most
 
@@ -139,11 +150,14 @@ def store(i, lanes, measured, trace):
 
 
 @driver
-def trace_lanes(problem, tolerance, trace):
+def trace_lanes(problem, tolerance, longest, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
-    tolerance: of the KKT residual. trace: `Trace`, zeros on entry. A position that Newton's method
-    does not solve is left with the status MAX_ITERATIONS, for the SQP (`path.careful`) to try.
+    tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
+    `Trace`, zeros on entry. A position that Newton's method does not solve is left with the status
+    MAX_ITERATIONS: for the SQP (`path.careful`) to try, or, with friction, for shorter moves. With
+    friction nothing is tried beyond it before contact is lost and begins again: it would be another
+    branch of equilibria than that from first touch.
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
@@ -155,7 +169,7 @@ def trace_lanes(problem, tolerance, trace):
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            most = begin_position(problem, i, lanes, walk, start, moves, trace)
+            most = begin_position(problem, i, longest, lanes, walk, start, moves, trace)
             for move in range(1, most + 1):
                 set_target(problem, i, most - move, lanes, start, moves)
                 predict(lanes, walk)
@@ -170,16 +184,19 @@ def trace_lanes(problem, tolerance, trace):
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-            if most == 0:
-                continue
-            rows.measure(problem, lanes, measuring)
-            store(i, lanes, measuring.row, trace)
+                for lane in range(LANES):
+                    if lanes.active[lane] and walk.lost[lane]:
+                        moves[lane] = 0
+            if most > 0:
+                rows.measure(problem, lanes, measuring)
+                store(i, lanes, measuring.row, trace)
             for lane in range(LANES):
+                d = lanes.design[lane]
                 if lanes.active[lane] and lanes.good[lane]:
-                    trace.multipliers[lanes.design[lane], i, 0] = lanes.force[lane]
-                elif lanes.active[lane]:
-                    row = trace.rows[lanes.design[lane], i]
-                    row[rows.POSITION] = lanes.t[lane]
+                    trace.multipliers[d, i, 0] = lanes.force[lane]
+                elif lanes.active[lane] or walk.lost[lane]:
+                    row = trace.rows[d, i]
+                    row[rows.POSITION] = problem.positions[d, i]
                     row[rows.STATUS] = status.MAX_ITERATIONS
                     row[rows.RESIDUAL] = lanes.residual[lane]
                     row[rows.ITERATIONS] = lanes.iterations[lane]

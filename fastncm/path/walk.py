@@ -16,8 +16,9 @@ class Walk(NamedTuple):
     t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
     likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
     contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
-    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one; busy:
-    (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
+    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one; lost:
+    (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy: (LANES,)
+    bool and w0, w1, r0, r1: (LANES,) workspace.
     """
 
     t: np.ndarray
@@ -37,6 +38,7 @@ class Walk(NamedTuple):
     sticks: np.ndarray
     rub: np.ndarray
     sense: np.ndarray
+    lost: np.ndarray
     busy: np.ndarray
     w0: np.ndarray
     w1: np.ndarray
@@ -65,6 +67,7 @@ def make_walk(modes):
         np.zeros(LANES, np.bool_),
         np.zeros(LANES),
         np.zeros(LANES),
+        np.zeros(LANES, np.bool_),
         np.zeros(LANES, np.bool_),
         np.zeros(LANES),
         np.zeros(LANES),
@@ -144,6 +147,7 @@ def forget(walk, lane, t):
     """Back to the undeformed finger with the target at `t`."""
     walk.t[lane] = t
     walk.points[lane] = 0
+    walk.lost[lane] = False
     walk.feature[lane] = c.VOID
     walk.force[lane] = 0.0
     walk.u[:, lane] = 0.0
