@@ -33,7 +33,7 @@ class Lanes(NamedTuple):
     Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
     (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
     (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
-    pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept, determinant:
+    leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept, determinant:
     (LANES,).
 
     Outcome. residual: KKT; iterations: int64; good: bool.
@@ -79,6 +79,8 @@ class Lanes(NamedTuple):
     change: np.ndarray
     small: np.ndarray
     reach: np.ndarray
+    leaned: np.ndarray
+    driven: np.ndarray
     slide: np.ndarray
     pushed: np.ndarray
     held: np.ndarray
@@ -147,6 +149,8 @@ def make_lanes(problem):
         change=np.zeros((3, 3, LANES)),
         small=np.zeros((3, 3, LANES)),
         reach=np.zeros((3, LANES)),
+        leaned=np.zeros((3, LANES)),
+        driven=np.zeros((3, LANES)),
         slide=np.zeros((3, LANES)),
         pushed=np.zeros((3, LANES)),
         held=np.zeros((3, LANES)),

@@ -19,6 +19,9 @@ from fastncm.path import tip
 from fastncm.path.lanes import AS_STORED
 from fastncm.path.slip import slip
 
+#: The penalty's stiffness over that of the finger against the contact, which is near 1 / |A|^2.
+_PENALTY = 10.0
+
 
 @inner
 def evaluate(problem, lanes):
@@ -120,15 +123,31 @@ def _tangent(problem, lanes):
 def factorise(problem, lanes):
     """Factor of the modes' Hessian under the force as it stands, and the tip's flexibility.
 
-    Overwrites hessian, and for the pending lanes across (W) and flexible (C) of `path.tip`.
+    Overwrites hessian, and for the pending lanes penalty (w), leaned (a0), across (W) and flexible
+    (C) of `path.tip`.
     """
     modes = lanes.u.shape[0]
-    gap = lanes.gap
+    gap, penalty = lanes.gap, lanes.fx
+    for lane in range(LANES):
+        penalty[lane] = 0.0
+    for k in range(modes):
+        for lane in range(LANES):
+            penalty[lane] += lanes.jacobian[k, lane] * lanes.jacobian[k, lane]
+    for lane in range(LANES):
+        penalty[lane] = _PENALTY / penalty[lane]
     for k in range(modes):
         for j in range(k + 1):
             unit = 1.0 if j == k else 0.0
             for lane in range(LANES):
-                lanes.hessian[k, j, lane] = unit
+                lanes.hessian[k, j, lane] = (
+                    unit + penalty[lane] * lanes.jacobian[k, lane] * lanes.jacobian[j, lane]
+                )
+    for lane in range(LANES):
+        lanes.penalty[lane] = penalty[lane] if lanes.pending[lane] else lanes.penalty[lane]
+    for i in range(3):
+        for lane in range(LANES):
+            kept = lanes.leaned[i, lane]
+            lanes.leaned[i, lane] = gap[c.GX + i, lane] if lanes.pending[lane] else kept
     for lane in range(LANES):
         lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane]
     for lane in range(LANES):
@@ -205,6 +224,13 @@ def step(lanes):
         for lane in range(LANES):
             lanes.down[k, lane] = lanes.u[k, lane]
     symmetric.solve(lanes.hessian, lanes.down)
+    for i in range(3):
+        for lane in range(LANES):
+            lanes.answer[i, lane] = (
+                lanes.change[i, 0, lane] * lanes.shift[0, lane]
+                + lanes.change[i, 1, lane] * lanes.shift[1, lane]
+                + lanes.change[i, 2, lane] * lanes.shift[2, lane]
+            )
     lack, crept, force, rub = lanes.work[0], lanes.work[1], lanes.fx, lanes.fy
     for lane in range(LANES):
         lack[lane] = -lanes.gap[c.GAP, lane]
@@ -230,20 +256,17 @@ def step(lanes):
 def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
-    Everything in the contact depends on the tip's position minus the target's: seen from the
-    target, the tip is shifted by -1 along x, and what it does beyond that is the answer.
+    Everything in the contact depends on the tip's position minus the target's: where the target
+    moves by 1 along x, the tip has to follow as if it had been moved by -1.
     """
     modes = lanes.u.shape[0]
     tip.prepare(lanes)
-    none = lanes.work[0]
-    for lane in range(LANES):
-        none[lane] = 0.0
-    for lane in range(LANES):
-        lanes.shift[0, lane] = -1.0
-    for i in range(1, 3):
+    for i in range(3):
         for lane in range(LANES):
             lanes.shift[i, lane] = 0.0
-    tip.respond(lanes, none, none, lanes.force_rate, lanes.rub_rate)
+        for lane in range(LANES):
+            lanes.answer[i, lane] = lanes.driven[i, lane]
+    tip.respond(lanes, lanes.gap[c.GX], lanes.tangent[0], lanes.force_rate, lanes.rub_rate)
     for k in range(modes):
         for lane in range(LANES):
             lanes.u_rate[k, lane] = (

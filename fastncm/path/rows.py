@@ -81,12 +81,14 @@ FORCE_ROUNDING = 4e-14
 
 
 class Measuring(NamedTuple):
-    """Workspace and result of `measure`. x, y: (Q, LANES); wrench, moved, unit: (3, LANES); total,
+    """Workspace and result of `measure`. x, y: (Q, LANES); wrench, kept, moved, unit: (3,
+    LANES); total,
     size: (LANES,); row: (COLUMNS, LANES)."""
 
     x: np.ndarray
     y: np.ndarray
     wrench: np.ndarray
+    kept: np.ndarray
     moved: np.ndarray
     unit: np.ndarray
     total: np.ndarray
@@ -100,6 +102,7 @@ def make_measuring(points):
     return Measuring(
         np.zeros((points, LANES)),
         np.zeros((points, LANES)),
+        np.zeros((3, LANES)),
         np.zeros((3, LANES)),
         np.zeros((3, LANES)),
         np.zeros((3, LANES)),
@@ -179,9 +182,9 @@ def _estimate(problem, lanes, at):
     """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
     force."""
     gap, basis, weights = lanes.gap, lanes.basis, problem.rule.weights
-    turn, total, size, unit, wrench = at.x, at.total, at.size, at.unit, at.wrench
+    turn, total, size, unit, wrench, kept = at.x, at.total, at.size, at.unit, at.wrench, at.kept
     modes, points = lanes.u.shape[0], turn.shape[0]
-    tip.adjoint(lanes, wrench, at.moved)
+    tip.adjoint(lanes, wrench, at.kept, at.moved)
     for i in range(3):
         for lane in range(LANES):
             unit[i, lane] = gap[c.GX + i, lane]
@@ -193,17 +196,20 @@ def _estimate(problem, lanes, at):
         for i in range(3):
             for lane in range(LANES):
                 unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
-    # the adjoint shape turns the axis at the nodes by `turn`
+    # the adjoint shape `down` turns the axis at the nodes by `turn`
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.down[k, lane] = (
+                kept[0, lane] * lanes.across[0, k, lane]
+                + kept[1, lane] * lanes.across[1, k, lane]
+                + kept[2, lane] * lanes.across[2, k, lane]
+            )
     for q in range(points):
         for lane in range(LANES):
             turn[q, lane] = 0.0
         for k in range(modes):
             for lane in range(LANES):
-                turn[q, lane] += basis.slope[k, q, lane] * (
-                    wrench[0, lane] * lanes.across[0, k, lane]
-                    + wrench[1, lane] * lanes.across[1, k, lane]
-                    + wrench[2, lane] * lanes.across[2, k, lane]
-                )
+                turn[q, lane] += lanes.down[k, lane] * basis.slope[k, q, lane]
     # per node: what a turn of the axis there adds to y_l, and the unit wrench's work with it
     for q in range(points):
         weight = weights[q]

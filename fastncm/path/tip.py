@@ -14,14 +14,17 @@ and the friction force rub with tau that of a unit force along the contact's tan
 which is unsymmetric with friction: there is no energy that it belongs to. A sliding contact has
 ``rub = side lambda`` and the one condition ``a dp = -g``; one that sticks has also ``tau dp = h``,
 h the slip that has crept in (the slip's derivative is -tau, see `path.slip`). Both are answered by
-the factors of the 3 x 3 matrix ``M = 1 - D C + w b (C a)^T`` with ``b = a + side tau``, and a system
-of one or two equations. The last term stands for a penalty on the gap: it changes only the share of
-lambda that is left to the constraint (by ``w`` times the gap's change, which is known), and keeps M
-regular where ``1 - D C`` is not, as where a corner slides around a small circle.
+the factors of the 3 x 3 matrix ``1 - D C`` and a system of one or two equations.
 
-The determinant of the whole linear system is the product of those of G, of M and of the last
-system. It is positive at first touch and changes its sign at a limit point; without friction it is
-positive at minima (Nocedal & Wright 2006, th. 16.3).
+G is singular at the finger's buckling load, and ``1 - D C`` where a corner slides around a small
+circle, though the contact keeps both stable. So G gets the penalty ``w (a0 J)^T a0 J``, with a0 = a
+where it was factorised, and D gets ``w a0 a0^T - w b a^T`` with b = a + side tau: the first term
+undoes the penalty, and the second one, as ``a dp`` is known, changes nothing but how much of lambda
+is left to the constraint.
+
+The determinant of the whole linear system is the product of those of G, of ``1 - D C`` and of the
+last system. It is positive at first touch and changes its sign at a limit point; without friction
+it is positive at minima (Nocedal & Wright 2006, th. 16.3).
 """
 
 from fastncm.kernels import constants as c
@@ -29,17 +32,13 @@ from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
-#: The penalty's stiffness over that of the tip along the contact's normal.
-_PENALTY = 3.0
-
-
 @inner
 def prepare(lanes):
     """Factors for `respond` from the evaluated state and the flexibility of the last factor.
 
-    Overwrites change (D), reach (C a), penalty (w), small (the factors of M), pushed and held (the
-    wrenches that the tip bears for a unit of lambda and of rub), inverse (of the last system) and
-    determinant.
+    Overwrites driven (the change of the wrench with a target that moves to +x), change (D), reach (C
+    a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a unit of
+    lambda and of rub), inverse (of the last system) and determinant.
     """
     _change(lanes, 0, c.HXX, c.HXY, c.HXP)
     _change(lanes, 1, c.HXY, c.HYY, c.HYP)
@@ -54,10 +53,16 @@ def prepare(lanes):
         if lanes.rubs[0]:
             for lane in range(LANES):
                 lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
+        for lane in range(LANES):
+            lanes.driven[i, lane] = -lanes.change[i, 0, lane]
     bend(lanes, normal, lanes.reach)
-    _dot(normal, lanes.reach, lanes.moved)
-    for lane in range(LANES):
-        lanes.penalty[lane] = _PENALTY / lanes.moved[lane]
+    for i in range(3):
+        for j in range(3):
+            for lane in range(LANES):
+                lanes.change[i, j, lane] += lanes.penalty[lane] * (
+                    lanes.leaned[i, lane] * lanes.leaned[j, lane]
+                    - lanes.pushed[i, lane] * normal[j, lane]
+                )
     for i in range(3):
         for j in range(3):
             unit = 1.0 if i == j else 0.0
@@ -67,10 +72,6 @@ def prepare(lanes):
                     - lanes.change[i, 0, lane] * lanes.flexible[0, j, lane]
                     - lanes.change[i, 1, lane] * lanes.flexible[1, j, lane]
                     - lanes.change[i, 2, lane] * lanes.flexible[2, j, lane]
-                )
-            for lane in range(LANES):
-                lanes.small[i, j, lane] += (
-                    lanes.penalty[lane] * lanes.pushed[i, lane] * lanes.reach[j, lane]
                 )
     unsymmetric.factorise(lanes.small)
     unsymmetric.solve(lanes.small, lanes.pushed)
@@ -167,28 +168,18 @@ def _hold(lanes):
 
 @inner
 def respond(lanes, lack, crept, force, rub):
-    """The wrench `lanes.answer` (3, LANES) on a tip that is moved by ``lanes.shift`` (3, LANES) in
-    its absence, and what it consists of.
+    """What the tip does: the wrench `lanes.answer` (3, LANES), and what it consists of.
 
-    lack: (LANES,) by how much the gap shall grow; crept: (LANES,) by how much the slip shall shrink
-    where the contact sticks. force, rub: (LANES,), overwritten.
+    On entry `answer` is the wrench that is there anyway, and ``lanes.shift`` (3, LANES) what moves
+    the tip anyway. lack: (LANES,) by how much the tip shall open the gap; crept: (LANES,) by how
+    much it shall slip back where the contact sticks. force, rub: (LANES,), overwritten.
     """
-    answer, shift, share = lanes.answer, lanes.shift, lanes.moved
-    for i in range(3):
-        for lane in range(LANES):
-            answer[i, lane] = (
-                lanes.change[i, 0, lane] * shift[0, lane]
-                + lanes.change[i, 1, lane] * shift[1, lane]
-                + lanes.change[i, 2, lane] * shift[2, lane]
-            )
+    answer, shift, left = lanes.answer, lanes.shift, lanes.moved
     unsymmetric.solve(lanes.small, answer)
-    # what the answer has to do to the gap, and what is left of it for the constraint
-    _dot(lanes.gap[c.GX : c.GP + 1], shift, share)
-    for lane in range(LANES):
-        share[lane] = lack[lane] - share[lane]
+    _dot(lanes.gap[c.GX : c.GP + 1], shift, left)
     _dot(lanes.reach, answer, force)
     for lane in range(LANES):
-        force[lane] = share[lane] - force[lane]
+        force[lane] = lack[lane] - left[lane] - force[lane]
     if lanes.holds[0]:
         _answer_slip(lanes, crept, force, rub)
     else:
@@ -200,7 +191,7 @@ def respond(lanes, lack, crept, force, rub):
         for lane in range(LANES):
             answer[i, lane] += force[lane] * lanes.pushed[i, lane]
     for lane in range(LANES):
-        force[lane] -= lanes.penalty[lane] * share[lane]
+        force[lane] -= lanes.penalty[lane] * lack[lane]
     if lanes.rubs[0]:
         for lane in range(LANES):
             rub[lane] += lanes.side[lane] * force[lane]
@@ -224,30 +215,35 @@ def _answer_slip(lanes, crept, force, rub):
 
 
 @inner
-def adjoint(lanes, wrench, moved):
-    """What a lack of equilibrium does to the normal force: ``d lambda = -(W wrench) . rho`` for a
-    residual ``rho`` of the modes' equations.
+def adjoint(lanes, wrench, kept, moved):
+    """What a lack of equilibrium does to the normal force: ``d lambda = - y . rho`` for a residual
+    ``rho`` of the modes' equations.
 
-    The transposed linear system with the right-hand side of lambda's equation. wrench, moved: (3,
-    LANES), overwritten: the adjoint wrench on the tip, and the pose that belongs to it.
+    The transposed linear system with the right-hand side of lambda's equation. wrench, kept, moved:
+    (3, LANES), overwritten: the adjoint wrench on the tip; the same with the penalty, so that ``y =
+    W kept`` in the modes; and the pose that belongs to it.
     """
     for i in range(3):
         for lane in range(LANES):
             moved[i, lane] = lanes.inverse[0, 0, lane] * lanes.reach[i, lane]
         for lane in range(LANES):
-            wrench[i, lane] = lanes.gap[c.GX + i, lane] * (
-                lanes.inverse[0, 0, lane] - lanes.penalty[lane]
-            )
+            kept[i, lane] = lanes.inverse[0, 0, lane] * lanes.gap[c.GX + i, lane]
         if lanes.holds[0]:
             for lane in range(LANES):
                 moved[i, lane] += lanes.inverse[0, 1, lane] * lanes.slide[i, lane]
             for lane in range(LANES):
-                wrench[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
+                kept[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
     unsymmetric.solve_transposed(lanes.small, moved)
     for i in range(3):
         for lane in range(LANES):
-            wrench[i, lane] += (
+            kept[i, lane] += (
                 lanes.change[0, i, lane] * moved[0, lane]
                 + lanes.change[1, i, lane] * moved[1, lane]
                 + lanes.change[2, i, lane] * moved[2, lane]
+            )
+    _dot(lanes.leaned, moved, lanes.moved)
+    for i in range(3):
+        for lane in range(LANES):
+            wrench[i, lane] = kept[i, lane] - (
+                lanes.penalty[lane] * lanes.moved[lane] * lanes.leaned[i, lane]
             )
