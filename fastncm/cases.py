@@ -21,7 +21,6 @@ __all__ = ["ChunkResult", "scale_only_names", "solve_cases", "solve_chunk"]
 
 Array = np.ndarray
 _WORDS = np.array(status.WORDS, dtype=object)
-_ADVICE = np.array(status.ADVICE, dtype=object)
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,12 @@ def solve_chunk(
             summary, extra = _summarise(solved, lowered, chosen, design)
             compiled += time.perf_counter() - begin
             solves += int(solved.trace.solves[0]) + extra
+            number = summary[:, reduce.STATUS].astype(np.int64)
             _fill(cases, group.rows[chosen], lowered, chosen, summary)
+            ends = solved.trace.ends
+            cases["advice"][group.rows[chosen]] = names.advice(
+                ends, lowered, chosen, design, number
+            )
             if curves:
                 curve = names.curve_columns(solved.trace.rows, lowered, chosen, design)
                 curve["case"] = np.repeat(group.rows[chosen], lowered.positions.shape[1])
@@ -152,7 +156,6 @@ def _fill(
     for name, value in values.items():
         cases[name][at] = np.where(failed, np.nan, value)
     cases["status"][at] = _WORDS[number]
-    cases["advice"][at] = _ADVICE[number]
     cases["positions"][at] = lowered.positions.shape[1]
     cases["iterations"][at] = summary[:, reduce.ITERATIONS].astype(np.int64)
 

@@ -13,6 +13,7 @@ from fastncm.path.friction import (
     NORMAL,
     turned_forces,
 )
+from fastncm.path.trace import END_POSITION
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -55,6 +56,7 @@ CURVE_UNITS = {
 }
 
 _WORDS = np.array(status.WORDS, dtype=object)
+_ADVICE = np.array(status.ADVICE, dtype=object)
 
 
 def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) -> dict[str, Array]:
@@ -102,3 +104,19 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "error_estimate": where(solved, picked[:, :, rows.ESTIMATE]),
     }
     return {name: np.ascontiguousarray(values).ravel() for name, values in columns.items()}
+
+
+def advice(ends: Array, lowered: Lowered, chosen: Array, design: Array, number: Array) -> Array:
+    """Sentences (C,) for the status numbers (C,) of the chosen cases.
+
+    ends: (D, ENDS) of a trace: where a branch with friction ended; chosen: (C,) cases of `lowered`;
+    design: (C,) each one's in `ends`.
+    """
+    said: Array = _ADVICE[number]
+    for i in np.flatnonzero(
+        (number == status.NO_EQUILIBRIUM) & (ends[design, END_POSITION] != 0.0)
+    ):
+        length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
+        _, position, mu, energy = ends[design[i]].tolist()
+        said[i] = status.end_of_branch(position * length, mu, energy * force * length)
+    return said

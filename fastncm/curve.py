@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from fastncm.columns import CURVE_UNITS, curve_columns
+from fastncm.columns import CURVE_UNITS, advice, curve_columns
 from fastncm.errors import SceneError
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
@@ -109,7 +109,9 @@ class Curve:
     @property
     def advice(self) -> str:
         """What to do about the status; empty where nothing is to be done."""
-        return status.ADVICE[int(self._summary[reduce.STATUS])]
+        zero = np.zeros(1, dtype=np.int64)
+        number = self._summary[None, reduce.STATUS].astype(np.int64)
+        return str(advice(self._solved.trace.ends, self._lowered, zero, zero, number)[0])
 
     @property
     def peak(self) -> Peak:

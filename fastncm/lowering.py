@@ -47,8 +47,8 @@ class Lowered:
     ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); mu: (D,)
     friction of the model "equilibrium"; positions: (D, N); direction: (D,), +1 or -1, the sense of
     the target's motion along x on the scene's own path, by which the insertion force is counted
-    whatever the order of the positions. problem_of: (C,) int64, which problem each case uses; scale:
-    of the cases; turned: (C,) friction of the model "recovered", by which forces are turned
+    whatever the order of the positions. problem_of: (C,) int64, which problem each case uses;
+    scale: of the cases; turned: (C,) friction of the model "recovered", by which forces are turned
     afterwards.
     """
 

@@ -153,9 +153,10 @@ def _select(problem: Problem, designs: Array) -> Problem:
 
 def _subset(solved: Solved, chosen: Array) -> Solved:
     trace = solved.trace
+    fields = {name: getattr(trace, name)[chosen] for name in trace._fields if name != "solves"}
     return Solved(
         solved.designs[chosen],
         solved.order,
         _select(solved.problem, np.flatnonzero(chosen)),
-        Trace(*(field[chosen] for field in trace[:-1]), trace.solves),
+        trace._replace(**fields),
     )

@@ -20,8 +20,8 @@ class Problem(NamedTuple):
     tip over clamp thickness. shear_stiffness: (D,) kappa G A L^2 / (E I) at the clamp (not read
     without shear). printed_section: 1 where the section turns by psi + gamma as printed. jaw: (D,
     JAW_COLUMNS); target: (D, TARGET_COLUMNS). mu: (D,) friction that acts while the finger bends.
-    positions: (D, N) of the target, in the order to solve. kind: CIRCLE or BLOCK; form: CLOSEST, POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of
-    the latter two.
+    positions: (D, N) of the target, in the order to solve. kind: CIRCLE or BLOCK; form: CLOSEST,
+    POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of the latter two.
     """
 
     rule: Quadrature

@@ -1,10 +1,10 @@
 """The forces of a solved row, and Coulomb friction by the paper's base-moment rule (Lan & Lee 2008,
 eqs. (14)-(17)): `friction.model = "recovered"`.
 
-With `"equilibrium"` friction is in the row already, and nothing is turned. By the recovered rule the
-shape is the frictionless one; only the contact force is turned, from the normal ``n`` to ``n + mu
-t``, where ``t`` is the direction in which the target's surface moves along the finger, and scaled so
-that its moment about the clamp stays the base moment ``E I psi'(0)``:
+With `"equilibrium"` friction is in the row already, and nothing is turned. By the recovered rule
+the shape is the frictionless one; only the contact force is turned, from the normal ``n`` to ``n +
+mu t``, where ``t`` is the direction in which the target's surface moves along the finger, and
+scaled so that its moment about the clamp stays the base moment ``E I psi'(0)``:
 
     N (p x (n + mu t)) = M_0
 

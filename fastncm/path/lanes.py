@@ -23,8 +23,8 @@ class Lanes(NamedTuple):
 
     Friction. mu: (LANES,) coefficient; sticks: bool; side: friction over normal force of a sliding
     contact, +mu or -mu; 0 where it sticks; anchor: slip (`path.slip`) to keep where it sticks, and
-    slipped, what it has instead. rubs, holds: (1,) bool, whether any lane has friction, sticks: what
-    no lane needs is left out.
+    slipped, what it has instead. rubs, holds: (1,) bool, whether any lane has friction, sticks:
+    what no lane needs is left out.
 
     Evaluation. sin, cos: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES); gap: (GAP_COLUMNS,
     LANES); jacobian: (m, LANES) dg/du; tangent: (3, LANES) wrench of a unit force along t; arm: (2,
@@ -33,8 +33,8 @@ class Lanes(NamedTuple):
     Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
     (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
     (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
-    leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept, determinant:
-    (LANES,).
+    leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept,
+    determinant: (LANES,).
 
     Outcome. residual: KKT; iterations: int64; good: bool.
     """

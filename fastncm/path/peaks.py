@@ -30,8 +30,8 @@ def refine_peaks(
 ) -> int:
     """Locate the smooth peaks of cases and write force and position into their summaries.
 
-    design, mu (of the recovered rule): (C,); summary: (C, reduce.COLUMNS), of whose cases those with a
-    SMOOTH_FROM are refined. Returns the number of shapes solved.
+    design, mu (of the recovered rule): (C,); summary: (C, reduce.COLUMNS), of whose cases those
+    with a SMOOTH_FROM are refined. Returns the number of shapes solved.
     """
     cases = np.flatnonzero(summary[:, reduce.SMOOTH_FROM] >= 0.0)
     if not len(cases):
@@ -40,10 +40,7 @@ def refine_peaks(
     ends = summary[cases][:, [reduce.SMOOTH_FROM, reduce.SMOOTH_TO]].astype(np.int64)
     bracket = np.stack([trace.rows[d, ends[:, k], rows.POSITION] for k in (0, 1)], axis=1)
     slope = np.stack(
-        [
-            _force(trace.rows[d, ends[:, k]], mu[cases])[:, INSERTION_RATE]
-            for k in (0, 1)
-        ],
+        [_force(trace.rows[d, ends[:, k]], mu[cases])[:, INSERTION_RATE] for k in (0, 1)],
         axis=1,
     )
     states = make_states(

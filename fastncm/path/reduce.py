@@ -65,10 +65,10 @@ def _smooth_maximum(h, f0, f1, r0, r1):
 def summarise(table, positions, design, mu, out):
     """Summaries of C cases from the rows of their designs.
 
-    table: (D, positions + EVENTS, rows.COLUMNS); design, mu (of the recovered rule): (C,); out: (C, COLUMNS),
-    overwritten. The peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies between two
-    rows and is to be refined (`path.peaks`). The work is the integral of the cubic through the rows
-    and their rates.
+    table: (D, positions + EVENTS, rows.COLUMNS); design, mu (of the recovered rule): (C,); out: (C,
+    COLUMNS), overwritten. The peak is the largest row, or, with SMOOTH_FROM and SMOOTH_TO, lies
+    between two rows and is to be refined (`path.peaks`). The work is the integral of the cubic
+    through the rows and their rates.
     """
     for case in range(out.shape[0]):
         d, m = design[case], mu[case]

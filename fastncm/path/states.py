@@ -20,8 +20,8 @@ from fastncm.path.trace import NEWTON_STEPS
 
 class States(NamedTuple):
     """S states. design: (S,) int64 of the problem; t: (S,) position of the target; hold: (S,) int64
-    feature to keep, -1: the nearest; side: (S,) friction over normal force of the sliding contact; u:
-    (S, m) and force: (S,): start, overwritten by the solution.
+    feature to keep, -1: the nearest; side: (S,) friction over normal force of the sliding contact;
+    u: (S, m) and force: (S,): start, overwritten by the solution.
 
     Overwritten: u_rate: (S, m), derivative of u by t; pose_rate: (S, 3), that of the tip's pose;
     row: (S, rows.COLUMNS); good: (S,) bool, whether it was solved.

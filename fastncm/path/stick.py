@@ -42,6 +42,29 @@ def begin_contact(problem, lanes, walk, lane):
 
 
 @inner
+def locks_at_touch(problem, lanes, walk, lane, sense):
+    """True where the undeformed finger of `lane`, touched by a target that goes on in `sense`, does
+    not give way: the determinant of `path.tip` is negative from the start.
+
+    After `begin_contact`. The undeformed finger's flexibility is ``J J^T``, with dx/du = 0.
+    """
+    gap = lanes.gap[:, lane]
+    side = walk.side[lane] * sense
+    arm_x, arm_y = gap[c.PX] - 1.0, gap[c.PY]
+    push_y = gap[c.GY] + side * gap[c.GX]
+    push_turn = gap[c.GP] + side * (arm_x * gap[c.GX] + arm_y * gap[c.GY])
+    slope, end, weights = lanes.basis.slope, lanes.basis.end, problem.rule.weights
+    total = 0.0
+    for k in range(end.shape[0]):
+        rise = 0.0
+        for q in range(weights.shape[0]):
+            rise += weights[q] * slope[k, q, lane]
+        turn = end[k, lane]
+        total += (gap[c.GY] * rise + gap[c.GP] * turn) * (push_y * rise + push_turn * turn)
+    return total <= 0.0
+
+
+@inner
 def assume(lanes, walk):
     """Before a move of the targets: each contact goes on as it did; where the target turns back it
     sticks."""
@@ -66,7 +89,9 @@ def _begin_friction(lanes, walk):
     """Friction forces to start from, and whether any contact sticks."""
     lanes.holds[0] = False
     for lane in range(LANES):
-        lanes.rub[lane] = walk.rub[lane] if lanes.sticks[lane] else lanes.side[lane] * lanes.force[lane]
+        lanes.rub[lane] = (
+            walk.rub[lane] if lanes.sticks[lane] else lanes.side[lane] * lanes.force[lane]
+        )
         lanes.slipped[lane] = lanes.anchor[lane]
         lanes.holds[0] = lanes.holds[0] or lanes.sticks[lane]
 

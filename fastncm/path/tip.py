@@ -32,13 +32,14 @@ from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
+
 @inner
 def prepare(lanes):
     """Factors for `respond` from the evaluated state and the flexibility of the last factor.
 
-    Overwrites driven (the change of the wrench with a target that moves to +x), change (D), reach (C
-    a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a unit of
-    lambda and of rub), inverse (of the last system) and determinant.
+    Overwrites driven (the change of the wrench with a target that moves to +x), change (D), reach
+    (C a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a
+    unit of lambda and of rub), inverse (of the last system) and determinant.
     """
     _change(lanes, 0, c.HXX, c.HXY, c.HXP)
     _change(lanes, 1, c.HXY, c.HYY, c.HYP)

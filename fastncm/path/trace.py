@@ -35,8 +35,8 @@ class Trace(NamedTuple):
 
     rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of
     the path (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N,
-    K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends (`path.limit`).
-    solves: (1,) shapes solved, those of events and of steps in between included.
+    K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends
+    (`path.limit`). solves: (1,) shapes solved, those of events and of steps in between included.
     """
 
     rows: np.ndarray
@@ -111,6 +111,10 @@ def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
             walk.t[lane] = locate_touch(problem, d, free, t)
             if lanes.mu[lane] > 0.0:
                 stick.begin_contact(problem, lanes, walk, lane)
+                sense = np.sign(t - walk.t[lane])
+                walk.lost[lane] = stick.locks_at_touch(problem, lanes, walk, lane, sense)
+                if walk.lost[lane]:
+                    continue
         start[lane] = walk.t[lane]
         moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / longest)))
         most = max(most, moves[lane])

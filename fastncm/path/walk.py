@@ -16,9 +16,9 @@ class Walk(NamedTuple):
     t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
     likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
     contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
-    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one; lost:
-    (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy: (LANES,)
-    bool and w0, w1, r0, r1: (LANES,) workspace.
+    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
+    lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy:
+    (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
     """
 
     t: np.ndarray
@@ -78,8 +78,8 @@ def make_walk(modes):
 
 @inner
 def predict(lanes, walk):
-    """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and their rates, along
-    the tangent from one, and the last shape itself where there is no rate."""
+    """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
+    their rates, along the tangent from one, and the last shape itself where there is no rate."""
     modes = lanes.u.shape[0]
     w0, w1, r0, r1 = walk.w0, walk.w1, walk.r0, walk.r1
     for lane in range(LANES):

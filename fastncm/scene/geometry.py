@@ -1,7 +1,10 @@
-"""Rules between several quantities of a case: the jaw's end points, its arc, the path's ends.
+"""Rules between several quantities of a case: the jaw's end points, its arc, the path's ends, what
+friction can be solved with.
 
 `values` maps the keys of names.py to arrays over the cases, each (C,) or (1,).
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +80,20 @@ def check_path(values: Values, rows: IntArray) -> None:
         "different from path.start",
         rows,
     )
+
+
+def check_friction(options: Mapping[str, object], values: Values, rows: IntArray) -> None:
+    """Friction in equilibrium has no energy that the point forms or BFGS could minimise."""
+    plain = options["solver.contact"] == "closest" and options["solver.hessian"] == "exact"
+    if options["friction.model"] == "equilibrium" and not plain:
+        _require(
+            values["mu"] == 0.0,
+            "friction.mu",
+            values["mu"],
+            "0 where solver.contact is not 'closest' or solver.hessian is not 'exact'; "
+            "friction.model = 'recovered' takes friction there, too",
+            rows,
+        )
 
 
 def _require(

@@ -17,7 +17,7 @@ from fastncm.scene.columns import (
     option_values,
     quantity_arrays,
 )
-from fastncm.scene.geometry import Values, check_jaw, check_path, move_jaw
+from fastncm.scene.geometry import Values, check_friction, check_jaw, check_path, move_jaw
 from fastncm.scene.kinds import Word
 from fastncm.scene.names import (
     OPTION,
@@ -65,6 +65,7 @@ def resolve(base: Mapping[str, object], columns: Mapping[str, object]) -> list[G
         move_jaw(values, rows)
         check_jaw(values, rows)
         check_path(values, rows)
+        check_friction(options, values, rows)
         groups.append(Group(options, rows, values))
     return groups
 
