@@ -75,6 +75,9 @@ def solve_chunk(
         "peak_position": np.empty(total),
         "max_strain": np.empty(total),
         "insertion_work_J": np.empty(total),
+        "retention_force_N": np.empty(total),
+        "withdrawal_work_J": np.empty(total),
+        "hysteresis_J": np.empty(total),
         "error_estimate": np.empty(total),
         "positions": np.empty(total, dtype=np.int64),
         "iterations": np.empty(total, dtype=np.int64),
@@ -146,11 +149,16 @@ def _fill(
     length, force = scale.length[chosen], scale.force[chosen]
     number = summary[:, reduce.STATUS].astype(np.int64)
     failed = number > status.NO_CONTACT
+    back = lowered.turn < lowered.positions.shape[1] - 1
+    lost = summary[:, reduce.WORK] + summary[:, reduce.WORK_BACK] - summary[:, reduce.STORED]
     values = {
         "peak_force_N": summary[:, reduce.PEAK_FORCE] * force,
         "peak_position": summary[:, reduce.PEAK_POSITION] * length,
         "max_strain": summary[:, reduce.STRAIN] * scale.strain[chosen],
         "insertion_work_J": summary[:, reduce.WORK] * force * length,
+        "retention_force_N": np.where(back, summary[:, reduce.RETENTION] * force, np.nan),
+        "withdrawal_work_J": np.where(back, summary[:, reduce.WORK_BACK] * force * length, np.nan),
+        "hysteresis_J": np.where(back, lost * force * length, np.nan),
         "error_estimate": summary[:, reduce.ESTIMATE],
     }
     for name, value in values.items():

@@ -25,6 +25,9 @@ CASE_UNITS = {
     "peak_position": "m",
     "max_strain": "1",
     "insertion_work_J": "J",
+    "retention_force_N": "N",
+    "withdrawal_work_J": "J",
+    "hysteresis_J": "J",
     "error_estimate": "1",
     "positions": "1",
     "iterations": "1",
@@ -62,7 +65,7 @@ _ADVICE = np.array(status.ADVICE, dtype=object)
 def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) -> dict[str, Array]:
     """Columns of CURVE_UNITS, each (C N,), of the chosen cases, from the rows of their designs.
 
-    table: (D, N + EVENTS, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's
+    table: (D, N and events, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's
     in the table. A row that is not solved has no numbers but its position; one without contact has
     no contact point.
     """

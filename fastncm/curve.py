@@ -130,6 +130,16 @@ class Curve:
         scale = self._lowered.scale
         return float(self._summary[reduce.WORK] * scale.force[0] * scale.length[0])
 
+    @property
+    def retention(self) -> Peak:
+        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`."""
+        if self._summary[reduce.STATUS] > status.NO_CONTACT:
+            return Peak(float("nan"), float("nan"))
+        return Peak(
+            float(self._summary[reduce.RETENTION_POSITION] * self._lowered.scale.length[0]),
+            float(self._summary[reduce.RETENTION] * self._lowered.scale.force[0]),
+        )
+
     def events(self) -> pd.DataFrame:
         """Located events in the order of the path: event, position, insertion_force_N, interval.
 

@@ -49,7 +49,7 @@ class Lowered:
     the target's motion along x on the scene's own path, by which the insertion force is counted
     whatever the order of the positions. problem_of: (C,) int64, which problem each case uses;
     scale: of the cases; turned: (C,) friction of the model "recovered", by which forces are turned
-    afterwards.
+    afterwards. turn: the row at which the target turns back (the last one where it does not).
     """
 
     scene: Scene
@@ -63,6 +63,7 @@ class Lowered:
     problem_of: Array
     scale: Scale
     turned: Array
+    turn: int
 
     def problem(self, order: int, designs: Array) -> Problem:
         """The `designs` (indices) as the kernels want them, with `order` modes per field."""
@@ -124,17 +125,23 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
             v["y"] / length,
             v["start"] / length,
             v["stop"] / length,
+            v["return_angle"],
+            _or_zero(v["target_length"] / length),
             v["mu"] if scene.friction.model == "equilibrium" else np.zeros_like(length),
         ]
     )
     different, problem_of = _unique_rows(key)
-    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop, mu = different.T
-    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, rho if scene.jaw.convex else -rho)
-    target = np.column_stack([radius, y])
+    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop, back, reach, mu = (
+        different.T
+    )
+    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, rho if scene.jaw.convex else -rho, back)
+    target = np.column_stack([radius, y, reach])
     if positions is None:
         kind = c.CIRCLE if scene.target.shape == "circle" else c.BLOCK
         start = _first_contact(kind, jaw, target, start, stop)
         path = np.linspace(start, stop, scene.path.steps, axis=1)
+        if scene.path.withdraw:
+            path = np.hstack([path, path[:, -2::-1]])
     else:
         # the given positions are the same in metres for every case; lengths differ only between
         # problems
@@ -152,6 +159,7 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
         direction=np.where(start < stop, 1.0, -1.0),  # NaN, the first touch, lies before stop
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
+        turn=scene.path.steps - 1 if positions is None else path.shape[1] - 1,
         turned=v["mu"] if scene.friction.model == "recovered" else np.zeros_like(length),
     )
 
@@ -176,9 +184,9 @@ def _unique_rows(key: Array) -> tuple[Array, Array]:
     return key[first[order]], rank[inverse].astype(np.int64)
 
 
-def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
-    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners and signed radius
-    (D,).
+def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array, back: Array) -> Array:
+    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners, signed radius and
+    the return face's angle (D,).
 
     The outside lies to the left on the way from a to b; a convex arc bulges towards it.
     """
@@ -198,6 +206,7 @@ def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
     jaw[:, c.TBX] = np.where(curved, (by - my) / safe, tx)
     jaw[:, c.TBY] = np.where(curved, -(bx - mx) / safe, ty)
     jaw[:, c.MX], jaw[:, c.MY], jaw[:, c.RHO] = mx, my, rho
+    jaw[:, c.TRX], jaw[:, c.TRY] = np.cos(back), np.sin(back)
     return jaw
 
 

@@ -13,7 +13,7 @@ from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
-from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace, trace_lanes
+from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace, trace_lanes
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 
@@ -69,7 +69,7 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
         while len(pending):
             problem = lowered.problem(order, pending)
             trace = _trace(problem, solver.rtol, solver.hessian == "exact")
-            trace.rows[:, :, rows.DIRECTION] = lowered.direction[pending, None]
+            _mark_direction(trace, lowered.direction[pending], lowered.turn)
             accepted = np.ones(len(pending), dtype=bool)
             if solver.order == "auto" and order < c.MAX_ORDER:
                 accepted = _truncation(trace) <= solver.rtol
@@ -80,6 +80,15 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
                 yield _subset(Solved(pending, order, problem, trace), accepted)
             pending = pending[~accepted]
             order = min(order + max(1, order // 6), c.MAX_ORDER)
+
+
+def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
+    """Write the sense of the target's motion (D,) into all rows; it turns back after row `turn`."""
+    place = np.arange(trace.rows.shape[1])
+    interval = trace.rows[:, :, rows.INTERVAL]
+    event = trace.rows[:, :, rows.KIND] != rows.AT_POSITION
+    back = np.where(event, interval >= turn, place > turn)
+    trace.rows[:, :, rows.DIRECTION] = np.where(back, -direction[:, None], direction[:, None])
 
 
 def _first_order(rtol: float) -> int:
@@ -135,7 +144,10 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
 
 def _room(problem: Problem, constraints: int) -> Trace:
     designs, positions = problem.positions.shape
-    return make_trace(designs, positions, mode_count(problem), constraints)
+    sense = np.sign(np.diff(problem.positions, axis=1))
+    turns = int((sense[:, 1:] * sense[:, :-1] < 0.0).sum(axis=1).max(initial=0))
+    events = min(EVENTS * (1 + turns), max(EVENTS, positions))
+    return make_trace(designs, positions, mode_count(problem), constraints, events)
 
 
 def _select(problem: Problem, designs: Array) -> Problem:

@@ -13,7 +13,7 @@ from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
 from fastncm.path.states import States, locate_touches, make_states, solve_states
-from fastncm.path.trace import EVENTS, Trace
+from fastncm.path.trace import Trace
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -160,8 +160,8 @@ def _some(states: States, chosen: Array) -> States:
 
 
 def _append(trace: Trace, positions: int, found: list[States]) -> None:
-    """Write all events into the slots of their designs, in the order of the path; EVENTS at
-    most."""
+    """Write all events into the slots of their designs, in the order of the path, as many as
+    there is room for."""
     if not found:
         return
     design = np.concatenate([states.design for states in found])
@@ -172,6 +172,6 @@ def _append(trace: Trace, positions: int, found: list[States]) -> None:
     design, row, shape = design[order], row[order], shape[order]
     first = np.searchsorted(design, design)  # of each design's events
     slot = np.arange(len(design)) - first
-    kept = slot < EVENTS
+    kept = slot < trace.rows.shape[1] - positions
     trace.rows[design[kept], positions + slot[kept]] = row[kept]
     trace.shapes[design[kept], positions + slot[kept]] = shape[kept]

@@ -111,7 +111,7 @@ def _tangent(problem, lanes):
             lanes.arm[0, lane] * gap[c.GX, lane] + lanes.arm[1, lane] * gap[c.GY, lane]
         )
     for lane in range(LANES):  # the place on the jaw, where the gap gives that on the target
-        on_target = gap[c.FEATURE, lane] <= c.ON_B
+        on_target = gap[c.FEATURE, lane] <= c.FAR_RETURN
         lanes.tangent[2, lane] += gap[c.GAP, lane] if on_target else 0.0
     if lanes.holds[0]:
         for lane in range(LANES):

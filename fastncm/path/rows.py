@@ -68,7 +68,7 @@ COLUMNS = 29
 AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE = range(5)
 
 #: Feature of a row with several loaded constraints, or of a point form: no single smooth contact.
-SEVERAL = 10
+SEVERAL = 13
 
 #: The estimate is SAFETY times the signed leading term, which may vanish by chance, plus RESERVE
 #: times the size of its summands; compared with the true error on both scenes
@@ -259,7 +259,7 @@ def _rates(problem, lanes, out):
         out[NORMAL_Y_RATE, lane] = ny
         d = lanes.design[lane]
         feature = gap[c.FEATURE, lane]
-        if feature <= c.ON_B:  # the contact keeps its distance from the target's point
+        if feature <= c.FAR_RETURN:  # the contact keeps its distance from the target's point
             radius = problem.target[d, c.TARGET_RADIUS]
             out[CONTACT_X_RATE, lane] = 1.0 + radius * nx
             out[CONTACT_Y_RATE, lane] = radius * ny

@@ -40,7 +40,12 @@ def contact_slip(jaw, target, d, gap, t, x, y, psi):
     edge = feature == c.ON_EDGE
     at_b = feature == c.ON_B or feature == c.B_UNDERSIDE or feature == c.B_FACE
     on_jaw = 0.0
-    if rho == 0.0:
+    if feature == c.ON_RETURN or feature == c.FAR_RETURN:
+        cos, sin = np.cos(psi), np.sin(psi)
+        dx, dy = gap[c.PX] - x, gap[c.PY] - y
+        px, py = cos * dx + sin * dy, cos * dy - sin * dx
+        on_jaw = jaw[d, c.TRX] * (px - jaw[d, c.AX]) + jaw[d, c.TRY] * (py - jaw[d, c.AY])
+    elif rho == 0.0:
         if edge or at_b:
             px, py = jaw[d, c.BX], jaw[d, c.BY]
             if edge:
@@ -54,7 +59,11 @@ def contact_slip(jaw, target, d, gap, t, x, y, psi):
             on_jaw = -rho * (phi - psi - at_a)
         elif at_b:
             on_jaw = -rho * (np.arctan2(jaw[d, c.TBY], jaw[d, c.TBX]) - at_a)
-    if feature <= c.ON_B:
+    if feature == c.FAR_RETURN:
+        return on_jaw - target[d, c.TARGET_LENGTH]
+    if feature < c.FAR_RETURN:
         return on_jaw - target[d, c.TARGET_RADIUS] * phi
-    # along the underside t points to +x, along the face downwards
-    return on_jaw + ny * (gap[c.PX] - t) - nx * (gap[c.PY] - target[d, c.TARGET_Y])
+    # along the underside t points to +x, along the face downwards, along the back upwards
+    begin = target[d, c.TARGET_LENGTH] if feature == c.A_BACK else 0.0
+    along = ny * (gap[c.PX] - t) - nx * (gap[c.PY] - target[d, c.TARGET_Y])
+    return on_jaw - begin + along

@@ -7,9 +7,11 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis, mode_count
 from fastncm.path import newton, rows, stick
 from fastncm.path.lanes import make_lanes
+from fastncm.path.slip import slip
 from fastncm.path.touch import locate_touch, undeformed_gap
 from fastncm.path.walk import forget, make_walk, predict, remember
 from fastncm.sqp import status
@@ -19,7 +21,8 @@ from fastncm.sqp import status
 LONGEST_MOVE = 0.05
 #: Newton steps in the lanes before a position is left over for the SQP.
 NEWTON_STEPS = 8
-#: Most events kept per design: touch and release, and up to three feature changes of two rows each.
+#: Most events kept per design on the way in, and again on each way after the target turns back:
+#: touch and release, and up to three feature changes of two rows each.
 EVENTS = 8
 
 #: What is said of the end of a branch of equilibria with friction: the row that failed first,
@@ -33,8 +36,8 @@ ENDS = 4
 class Trace(NamedTuple):
     """Solved paths, dimensionless.
 
-    rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of
-    the path (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N,
+    rows: (D, N + E, rows.COLUMNS): the N positions, then up to E located events in the order of the
+    path (unused ones have the KIND 0). shapes: (D, N + E, m) unknowns. multipliers: (D, N,
     K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends
     (`path.limit`). solves: (1,) shapes solved, those of events and of steps in between included.
     """
@@ -46,9 +49,11 @@ class Trace(NamedTuple):
     solves: np.ndarray
 
 
-def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Trace:
+def make_trace(
+    designs: int, positions: int, modes: int, constraints: int, events: int = EVENTS
+) -> Trace:
     """Room for the results of a problem."""
-    count = positions + EVENTS
+    count = positions + events
     return Trace(
         np.zeros((designs, count, rows.COLUMNS)),
         np.zeros((designs, count, modes)),
@@ -153,6 +158,38 @@ def store(i, lanes, measured, trace):
             trace.shapes[d, i, k] = lanes.u[k, lane]
 
 
+@inner
+def _snap_back(problem, lanes, walk, tolerance):
+    """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
+    from being free: there the finger has lost its hold and has snapped back behind the target."""
+    any_snaps = False
+    for lane in range(LANES):
+        walk.busy[lane] = lanes.active[lane]
+        lanes.active[lane] = lanes.active[lane] and not lanes.good[lane]
+        if not lanes.active[lane]:
+            continue
+        d, t = lanes.design[lane], lanes.t[lane]
+        gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
+        feature = gap[c.FEATURE]
+        far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
+        lanes.active[lane] = far
+        if far:
+            any_snaps = True
+            for k in range(lanes.u.shape[0]):
+                lanes.u[k, lane] = 0.0
+            dragged = (gap[c.GY] <= 0.0) == (t > walk.t[lane])
+            lanes.side[lane] = lanes.mu[lane] if dragged else -lanes.mu[lane]
+            lanes.sticks[lane] = False
+            lanes.force[lane], lanes.rub[lane] = 0.0, 0.0
+    if any_snaps:
+        newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
+        for lane in range(LANES):
+            if lanes.active[lane] and lanes.rubs[0]:
+                lanes.slipped[lane] = slip(problem, lanes, lane)
+    for lane in range(LANES):
+        lanes.active[lane] = walk.busy[lane]
+
+
 @driver
 def trace_lanes(problem, tolerance, longest, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
@@ -182,6 +219,7 @@ def trace_lanes(problem, tolerance, longest, trace):
                 newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
                 if lanes.rubs[0]:
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
+                _snap_back(problem, lanes, walk, tolerance)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)

@@ -40,6 +40,7 @@ class Jaw:
     b: Point  # m
     radius: float | None = None  # m, of an arc
     convex: bool = True  # an arc bulges towards the target
+    return_angle: float = math.pi / 2  # rad, of the face from a down to the finger, which is behind
 
     @property
     def height(self) -> float:
@@ -62,11 +63,13 @@ class Target:
     """A rigid target, moved along the path.
 
     A circle has its centre at (position, path.y). A block has its sharp corner there and takes up
-    all to the right of and above it: a vertical left face, a horizontal underside.
+    all above it and to the right, as far as its length: a vertical left face, a horizontal
+    underside, and a vertical back where it is not endless.
     """
 
     shape: str  # "circle" or "block"
     radius: float | None = None  # m, of a circle
+    length: float | str = "endless"  # m, of a block's underside
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ class Path:
     y: float  # m
     start: float | str = "touch"  # m; "touch": at first touch, coming from +x
     steps: int = 60  # number of positions, both ends included
+    withdraw: bool = False  # after stop the same way back to start
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ class Option:
 
 ARC = ("jaw.shape", "arc")
 CIRCLE = ("target.shape", "circle")
+BLOCK = ("target.shape", "block")
 ACUTE = Interval(-math.pi / 2, math.pi / 2, open_low=True, open_high=True)
 NOT_YET = "is known but not available yet"
 
@@ -75,7 +76,23 @@ QUANTITIES = (
     Quantity("jaw.a", "first end of the jaw, undeformed", "m", ("a_x", "a_y"), scalar=False),
     Quantity("jaw.b", "second end of the jaw, undeformed", "m", ("b_x", "b_y"), scalar=False),
     Quantity("jaw.radius", "radius of the arc", "m", ("jaw_radius",), POSITIVE, owner=ARC),
+    Quantity(
+        "jaw.return_angle",
+        "of the return face, from a down to the finger, against its axis",
+        "rad",
+        ("return_angle",),
+        Interval(0.0, math.pi, open_low=True, open_high=True),
+    ),
     Quantity("target.radius", "radius", "m", ("target_radius",), POSITIVE, owner=CIRCLE),
+    Quantity(
+        "target.length",
+        "of the block's underside, or 'endless'",
+        "m",
+        ("target_length",),
+        POSITIVE,
+        blank="endless",
+        owner=BLOCK,
+    ),
     Quantity("path.start", "first position, or 'touch'", "m", ("start",), blank="touch"),
     Quantity("path.stop", "last position", "m", ("stop",)),
     Quantity("path.y", "height of the target's reference point", "m", ("y",)),
@@ -94,6 +111,7 @@ OPTIONS = (
     Option("jaw.convex", "the arc bulges towards the target", Switch(), owner=ARC),
     Option("target.shape", "shape of the target", Word(("circle", "block"))),
     Option("path.steps", "number of positions", Whole(2)),
+    Option("path.withdraw", "after stop the same way back to start", Switch()),
     Option(
         "friction.model",
         "how friction acts",

@@ -33,8 +33,9 @@ def tabulate(
 
     `columns`: dotted name to C entries; without columns there is one case, the scene itself.
     `values` holds, in m, Pa and 1: length, thickness_clamp, thickness_tip, width, young, poisson,
-    shear_modulus, a_x, a_y, b_x, b_y, jaw_radius (NaN for a segment), target_radius (NaN for a
-    block), start (NaN for "touch"), stop, y, mu. Raises SceneError naming name, value and case.
+    shear_modulus, a_x, a_y, b_x, b_y, jaw_radius (NaN for a segment), return_angle, target_radius
+    (NaN for a block), target_length (NaN for an endless block and a circle), start (NaN for
+    "touch"), stop, y, mu. Raises SceneError naming name, value and case.
     """
     groups = resolve(DEFAULTS | scene.flat(), columns)
     return [
