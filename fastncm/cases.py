@@ -22,7 +22,6 @@ from fastncm.trace import Solved, kkt_tolerance, solve_paths
 
 Array = np.ndarray
 _WORDS = np.array(status.WORDS, dtype=object)
-_ADVICE = np.array(status.ADVICE, dtype=object)
 
 
 @dataclass(frozen=True)
@@ -94,6 +93,9 @@ def solve_chunk(
         "peak_position": np.empty(total),
         "max_strain": np.empty(total),
         "insertion_work_J": np.empty(total),
+        "retention_force_N": np.empty(total),
+        "withdrawal_work_J": np.empty(total),
+        "hysteresis_J": np.empty(total),
         "error_estimate": np.empty(total),
         "positions": np.empty(total, dtype=np.int64),
         "iterations": np.empty(total, dtype=np.int64),
@@ -121,7 +123,12 @@ def solve_chunk(
             summary, extra = _summarise(solved, lowered, chosen, design)
             compiled += time.perf_counter() - begin
             solves += int(solved.trace.solves[0]) + extra
+            number = summary[:, reduce.STATUS].astype(np.int64)
             _fill(cases, group.rows[chosen], lowered, chosen, summary)
+            ends = solved.trace.ends
+            cases["advice"][group.rows[chosen]] = names.advice(
+                ends, lowered, chosen, design, number
+            )
             if curves:
                 curve = names.curve_columns(solved.trace.rows, lowered, chosen, design)
                 curve["case"] = np.repeat(group.rows[chosen], lowered.positions.shape[1])
@@ -153,12 +160,11 @@ def _summarise(solved: Solved, lowered: Lowered, chosen: Array, design: Array) -
     """Summaries (`path.reduce`) of the chosen cases, smooth peaks refined, and the shapes that
     took."""
     table, positions = solved.trace.rows, lowered.positions.shape[1]
-    mu = np.ascontiguousarray(lowered.mu[chosen])
-    direction = lowered.direction[solved.designs][design]
+    turned = np.ascontiguousarray(lowered.turned[chosen])
     summary = np.empty((len(chosen), reduce.COLUMNS))
-    summarise(table, positions, design, mu, direction, summary)
+    summarise(table, positions, design, turned, summary)
     tolerance = kkt_tolerance(lowered.scene.solver.rtol)
-    extra = refine_peaks(solved.problem, tolerance, solved.trace, design, mu, direction, summary)
+    extra = refine_peaks(solved.problem, tolerance, solved.trace, design, turned, summary)
     return summary, extra
 
 
@@ -171,17 +177,21 @@ def _fill(
     length, force = scale.length[chosen], scale.force[chosen]
     number = summary[:, reduce.STATUS].astype(np.int64)
     failed = number > status.NO_CONTACT
+    back = lowered.turn < lowered.positions.shape[1] - 1
+    lost = summary[:, reduce.WORK] + summary[:, reduce.WORK_BACK] - summary[:, reduce.STORED]
     values = {
         "peak_force_N": summary[:, reduce.PEAK_FORCE] * force,
         "peak_position": summary[:, reduce.PEAK_POSITION] * length,
         "max_strain": summary[:, reduce.STRAIN] * scale.strain[chosen],
         "insertion_work_J": summary[:, reduce.WORK] * force * length,
+        "retention_force_N": np.where(back, summary[:, reduce.RETENTION] * force, np.nan),
+        "withdrawal_work_J": np.where(back, summary[:, reduce.WORK_BACK] * force * length, np.nan),
+        "hysteresis_J": np.where(back, lost * force * length, np.nan),
         "error_estimate": summary[:, reduce.ESTIMATE],
     }
     for name, value in values.items():
         cases[name][at] = np.where(failed, np.nan, value)
     cases["status"][at] = _WORDS[number]
-    cases["advice"][at] = _ADVICE[number]
     cases["positions"][at] = lowered.positions.shape[1]
     cases["iterations"][at] = summary[:, reduce.ITERATIONS].astype(np.int64)
 

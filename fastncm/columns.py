@@ -13,6 +13,7 @@ from fastncm.path.friction import (
     NORMAL,
     turned_forces,
 )
+from fastncm.path.trace import END_POSITION
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -24,6 +25,9 @@ CASE_UNITS = {
     "peak_position": "m",
     "max_strain": "1",
     "insertion_work_J": "J",
+    "retention_force_N": "N",
+    "withdrawal_work_J": "J",
+    "hysteresis_J": "J",
     "error_estimate": "1",
     "positions": "1",
     "iterations": "1",
@@ -40,6 +44,7 @@ CURVE_UNITS = {
     "normal_force_N": "N",
     "friction_force_N": "N",
     "contacts": "1",
+    "sticking": "1",
     "contact_s_m": "m",
     "contact_x_m": "m",
     "contact_y_m": "m",
@@ -54,19 +59,20 @@ CURVE_UNITS = {
 }
 
 _WORDS = np.array(status.WORDS, dtype=object)
+_ADVICE = np.array(status.ADVICE, dtype=object)
 
 
 def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) -> dict[str, Array]:
     """Columns of CURVE_UNITS, each (C N,), of the chosen cases, from the rows of their designs.
 
-    table: (D, N + EVENTS, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's
+    table: (D, N and events, rows.COLUMNS); chosen: (C,) cases of `lowered`; design: (C,) each one's
     in the table. A row that is not solved has no numbers but its position; one without contact has
     no contact point.
     """
     positions = lowered.positions.shape[1]
-    mu = np.ascontiguousarray(lowered.mu[chosen])
+    turned = np.ascontiguousarray(lowered.turned[chosen])
     forces = np.empty((len(chosen), positions, 7))
-    turned_forces(table, design, mu, lowered.direction[lowered.problem_of[chosen]], forces)
+    turned_forces(table, design, turned, forces)
     picked = table[design, :positions]
     number = picked[:, :, rows.STATUS].astype(np.int64)
     number[(number == status.CONVERGED) & (forces[:, :, HOLDS] == 0.0)] = status.NO_EQUILIBRIUM
@@ -87,6 +93,7 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "normal_force_N": where(solved, forces[:, :, NORMAL] * force),
         "friction_force_N": where(solved, forces[:, :, FRICTION] * force),
         "contacts": np.where(touching, picked[:, :, rows.CONTACTS], 0.0).astype(np.int64),
+        "sticking": np.where(touching, picked[:, :, rows.STICKING], 0.0).astype(np.int64),
         "contact_s_m": where(touching, np.broadcast_to(length, touching.shape)),
         "contact_x_m": where(touching, picked[:, :, rows.CONTACT_X] * length),
         "contact_y_m": where(touching, picked[:, :, rows.CONTACT_Y] * length),
@@ -100,3 +107,19 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "error_estimate": where(solved, picked[:, :, rows.ESTIMATE]),
     }
     return {name: np.ascontiguousarray(values).ravel() for name, values in columns.items()}
+
+
+def advice(ends: Array, lowered: Lowered, chosen: Array, design: Array, number: Array) -> Array:
+    """Sentences (C,) for the status numbers (C,) of the chosen cases.
+
+    ends: (D, ENDS) of a trace: where a branch with friction ended; chosen: (C,) cases of `lowered`;
+    design: (C,) each one's in `ends`.
+    """
+    said: Array = _ADVICE[number]
+    for i in np.flatnonzero(
+        (number == status.NO_EQUILIBRIUM) & (ends[design, END_POSITION] != 0.0)
+    ):
+        length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
+        _, position, mu, energy = ends[design[i]].tolist()
+        said[i] = status.end_of_branch(position * length, mu, energy * force * length)
+    return said

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from fastncm.columns import CURVE_UNITS, curve_columns
+from fastncm.columns import CURVE_UNITS, advice, curve_columns
 from fastncm.curve_base import Curve, Peak, checked_positions
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
@@ -52,13 +52,12 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> Cur
     group = tabulate(scene, {})[0]
     lowered = lower(group, positions)
     solved = next(solve_paths(lowered))
-    mu, direction = np.array([scene.friction.mu]), lowered.direction
     zero = np.zeros(1, dtype=np.int64)
     summary = np.empty((1, reduce.COLUMNS))
     count = lowered.positions.shape[1]
-    summarise(solved.trace.rows, count, zero, mu, direction, summary)
+    summarise(solved.trace.rows, count, zero, lowered.turned, summary)
     tolerance = kkt_tolerance(scene.solver.rtol)
-    refine_peaks(solved.problem, tolerance, solved.trace, zero, mu, direction, summary)
+    refine_peaks(solved.problem, tolerance, solved.trace, zero, lowered.turned, summary)
     return JawCurve(scene, lowered, solved, summary[0])
 
 
@@ -97,7 +96,9 @@ class JawCurve(Curve):
     @property
     def advice(self) -> str:
         """What to do about the status; empty where nothing is to be done."""
-        return status.ADVICE[int(self._summary[reduce.STATUS])]
+        zero = np.zeros(1, dtype=np.int64)
+        number = self._summary[None, reduce.STATUS].astype(np.int64)
+        return str(advice(self._solved.trace.ends, self._lowered, zero, zero, number)[0])
 
     @property
     def peak(self) -> Peak:
@@ -116,6 +117,16 @@ class JawCurve(Curve):
         scale = self._lowered.scale
         return float(self._summary[reduce.WORK] * scale.force[0] * scale.length[0])
 
+    @property
+    def retention(self) -> Peak:
+        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`."""
+        if self._summary[reduce.STATUS] > status.NO_CONTACT:
+            return Peak(float("nan"), float("nan"))
+        return Peak(
+            float(self._summary[reduce.RETENTION_POSITION] * self._lowered.scale.length[0]),
+            float(self._summary[reduce.RETENTION] * self._lowered.scale.force[0]),
+        )
+
     def events(self) -> pd.DataFrame:
         """Located events in the order of the path: event, position, insertion_force_N, interval.
 
@@ -125,15 +136,15 @@ class JawCurve(Curve):
         table = self._solved.trace.rows
         one = np.zeros(1, dtype=np.int64)
         forces = np.empty((1, table.shape[1], 7))
-        mu = np.array([self.scene.friction.mu])
-        turned_forces(table, one, mu, self._lowered.direction, forces)
+        turned_forces(table, one, self._lowered.turned, forces)
         behind = np.arange(len(self), table.shape[1])
         used = behind[table[0, behind, rows.KIND] != rows.AT_POSITION]
+        scale = self._lowered.scale
         return pd.DataFrame(
             {
                 "event": [_EVENT_NAMES[int(kind)] for kind in table[0, used, rows.KIND]],
-                "position": table[0, used, rows.POSITION] * self._lowered.scale.length[0],
-                "insertion_force_N": forces[0, used, INSERTION] * self._lowered.scale.force[0],
+                "position": table[0, used, rows.POSITION] * scale.length[0],
+                "insertion_force_N": forces[0, used, INSERTION] * scale.force[0] + 0.0,  # no -0.0
                 "interval": table[0, used, rows.INTERVAL].astype(np.int64),
             }
         )
@@ -156,8 +167,8 @@ class JawCurve(Curve):
         x = s * (np.cos(theta) @ rule.weights)
         y = s * (np.sin(theta) @ rule.weights)
         scale = self._lowered.scale
-        fx = row[rows.FORCE] * row[rows.NORMAL_X]
-        fy = row[rows.FORCE] * row[rows.NORMAL_Y]
+        fx = row[rows.FORCE] * row[rows.NORMAL_X] - row[rows.RUB] * row[rows.NORMAL_Y]
+        fy = row[rows.FORCE] * row[rows.NORMAL_Y] + row[rows.RUB] * row[rows.NORMAL_X]
         moment = (row[rows.CONTACT_X] - x) * fy - (row[rows.CONTACT_Y] - y) * fx
         return pd.DataFrame(
             {

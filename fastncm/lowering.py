@@ -44,10 +44,12 @@ class Scale:
 class Lowered:
     """The different dimensionless problems of a group of cases, and how the cases use them.
 
-    ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); positions: (D,
-    N); direction: (D,), +1 or -1, the sense of the target's motion along x on the scene's own path,
-    which holds for positions in any order. problem_of: (C,) int64, which problem each case uses;
-    scale: of the cases; mu: (C,) friction.
+    ratio, shear_stiffness: (D,); jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); mu: (D,)
+    friction of the model "equilibrium"; positions: (D, N); direction: (D,), +1 or -1, the sense of
+    the target's motion along x on the scene's own path, by which the insertion force is counted
+    whatever the order of the positions. problem_of: (C,) int64, which problem each case uses;
+    scale: of the cases; turned: (C,) friction of the model "recovered", by which forces are turned
+    afterwards. turn: the row at which the target turns back (the last one where it does not).
     """
 
     scene: Scene
@@ -55,11 +57,13 @@ class Lowered:
     shear_stiffness: Array
     jaw: Array
     target: Array
+    mu: Array
     positions: Array
     direction: Array
     problem_of: Array
     scale: Scale
-    mu: Array
+    turned: Array
+    turn: int
 
     def problem(self, order: int, designs: Array) -> Problem:
         """The `designs` (indices) as the kernels want them, with `order` modes per field."""
@@ -74,6 +78,7 @@ class Lowered:
             printed_section=int(self.scene.model.section == "psi+gamma"),
             jaw=self.jaw[designs],
             target=self.target[designs],
+            mu=self.mu[designs],
             positions=self.positions[designs],
             kind=c.CIRCLE if self.scene.target.shape == "circle" else c.BLOCK,
             form=_FORMS[self.scene.solver.contact],
@@ -84,7 +89,9 @@ class Lowered:
 def scale_only_names(scene: Scene) -> frozenset[str]:
     """Dotted names that change only the scale of this scene's answers: cases that differ in nothing
     else share one dimensionless problem."""
-    names = {*_SCALE_ONLY, "friction.mu"}
+    names = set(_SCALE_ONLY)
+    if scene.friction.model == "recovered":
+        names.add("friction.mu")
     tapered = isinstance(scene.finger.thickness, tuple)
     if not scene.model.shear:
         names.update(n for n in _SCALE_ONLY_WITHOUT_SHEAR if n != "finger.thickness" or not tapered)
@@ -118,17 +125,24 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
             v["y"] / length,
             v["start"] / length,
             v["stop"] / length,
+            v["return_angle"],
+            _or_zero(v["target_length"] / length),
+            v["mu"] if scene.friction.model == "equilibrium" else np.zeros_like(length),
         ]
     )
     different, problem_of = unique_rows(key)
-    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop = different.T
+    ratio, shear_stiffness, ax, ay, bx, by, rho, radius, y, start, stop, back, reach, mu = (
+        different.T
+    )
     concave = scene.jaw is not None and not scene.jaw.convex
-    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, -rho if concave else rho)
-    target = np.column_stack([radius, y])
+    jaw = _jaw(ax - 1.0, ay, bx - 1.0, by, -rho if concave else rho, back)
+    target = np.column_stack([radius, y, reach])
     if positions is None:
         kind = c.CIRCLE if scene.target.shape == "circle" else c.BLOCK
         start = _first_contact(kind, jaw, target, start, stop)
         path = np.linspace(start, stop, scene.path.steps, axis=1)
+        if scene.path.withdraw:
+            path = np.hstack([path, path[:, -2::-1]])
     else:
         # the given positions are the same in metres for every case; lengths differ only between
         # problems
@@ -141,11 +155,13 @@ def lower(group: CaseGroup, positions: Array | None = None) -> Lowered:
         shear_stiffness=np.ascontiguousarray(shear_stiffness),
         jaw=jaw,
         target=target,
+        mu=np.ascontiguousarray(mu),
         positions=np.ascontiguousarray(path),
         direction=np.where(start < stop, 1.0, -1.0),  # NaN, the first touch, lies before stop
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
-        mu=v["mu"],
+        turn=scene.path.steps - 1 if positions is None else path.shape[1] - 1,
+        turned=v["mu"] if scene.friction.model == "recovered" else np.zeros_like(length),
     )
 
 
@@ -169,9 +185,9 @@ def unique_rows(key: Array) -> tuple[Array, Array]:
     return key[first[order]], rank[inverse].astype(np.int64)
 
 
-def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
-    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners and signed radius
-    (D,).
+def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array, back: Array) -> Array:
+    """The jaws' geometry in the tip's frame (`kernels.constants`), from corners, signed radius and
+    the return face's angle (D,).
 
     The outside lies to the left on the way from a to b; a convex arc bulges towards it.
     """
@@ -191,6 +207,7 @@ def _jaw(ax: Array, ay: Array, bx: Array, by: Array, rho: Array) -> Array:
     jaw[:, c.TBX] = np.where(curved, (by - my) / safe, tx)
     jaw[:, c.TBY] = np.where(curved, -(bx - mx) / safe, ty)
     jaw[:, c.MX], jaw[:, c.MY], jaw[:, c.RHO] = mx, my, rho
+    jaw[:, c.TRX], jaw[:, c.TRY] = np.cos(back), np.sin(back)
     return jaw
 
 

@@ -131,6 +131,8 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     turns = scene.path.kind == "rotation"
     if positions is None:
         path = np.linspace(start, stop, scene.path.steps, axis=1)
+        if scene.path.withdraw:
+            path = np.hstack([path, path[:, -2::-1]])
     else:
         path = np.asarray(positions)[None, :] / (np.ones(count) if turns else length)[:, None]
     path = np.ascontiguousarray(np.broadcast_to(path, (count, path.shape[1])))
@@ -138,7 +140,10 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     base = path if turns else np.broadcast_to(path_angle[:, None], path.shape)
     x = path_x[:, None] + speed[:, None] * (path - 0.5 * np.pi) if turns else path
     placement, motion = _placements(base, x, y, tilt, offset, speed if turns else 1.0, turns)
-    motion *= np.sign(stop - start)[:, None, None]
+    sense = np.where(stop > start, 1.0, -1.0)[:, None] * np.ones_like(path)
+    if positions is None:
+        sense[:, scene.path.steps :] *= -1.0  # on the way back
+    motion *= sense[:, :, None]
     return NodalProblem(
         step=np.full(intervals, 1.0 / intervals),
         arc=s,
@@ -186,12 +191,13 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
     shape = scene.target.shape
     if scene.solver.contact != "points-on-target":
         sharp = shape == "polygon" and scene.solver.contact == "closest"
-        return np.ascontiguousarray(vertices[:, : vertices.shape[1] if sharp else 0])
+        kept: Array = vertices[:, : vertices.shape[1] if sharp else 0].copy()
+        return kept
     fraction = np.arange(scene.solver.points) / scene.solver.points
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
         points = np.stack([along, np.zeros_like(along)], axis=-1)
-        return np.broadcast_to(points, (len(vertices), *points.shape)).copy()
+        return np.ascontiguousarray(np.broadcast_to(points, (len(vertices), *points.shape)))
     if shape == "polygon":
         corners = len(vertices[0])
         low = (fraction * corners).astype(np.int64)

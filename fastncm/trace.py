@@ -12,7 +12,8 @@ from fastncm.lowering import Lowered
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
-from fastncm.path.trace import Trace, make_trace, trace_lanes
+from fastncm.path.limit import explain_ends
+from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace, trace_lanes
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 
@@ -31,6 +32,8 @@ _ALGEBRAIC_SHARE = 1e-2
 #: less, by a rounding error that differs between compilations, would be seen in the twelfth digit
 #: of the work.
 _TIGHTEST, _LOOSEST = 1e-13, 1e-12
+#: Move of the target from solve to solve (finger lengths) where a path with friction failed.
+_SHORT_MOVE = 5e-4
 #: Iterations of the SQP; the exact Hessian needs 5, damped BFGS from far away up to 60.
 _SQP_ITERATIONS = 200
 
@@ -66,6 +69,7 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
         while len(pending):
             problem = lowered.problem(order, pending)
             trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+            _mark_direction(trace, lowered.direction[pending], lowered.turn)
             accepted = np.ones(len(pending), dtype=bool)
             if solver.order == "auto" and order < c.MAX_ORDER:
                 accepted = _truncation(trace) <= solver.rtol
@@ -76,6 +80,15 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
                 yield _subset(Solved(pending, order, problem, trace), accepted)
             pending = pending[~accepted]
             order = min(order + max(1, order // 6), c.MAX_ORDER)
+
+
+def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
+    """Write the sense of the target's motion (D,) into all rows; it turns back after row `turn`."""
+    place = np.arange(trace.rows.shape[1])
+    interval = trace.rows[:, :, rows.INTERVAL]
+    event = trace.rows[:, :, rows.KIND] != rows.AT_POSITION
+    back = np.where(event, interval >= turn, place > turn)
+    trace.rows[:, :, rows.DIRECTION] = np.where(back, -direction[:, None], direction[:, None])
 
 
 def _first_order(rtol: float) -> int:
@@ -108,15 +121,21 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
     if problem.form != c.CLOSEST or not exact:
         trace_carefully(problem, options, trace)
     else:
-        trace_lanes(problem, tolerance, trace)
-        failed = np.flatnonzero((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
-        if len(failed):
-            again = _select(problem, failed)
+        trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
+        failed = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
+        for chosen in (failed & (problem.mu == 0.0), failed & (problem.mu > 0.0)):
+            designs = np.flatnonzero(chosen)
+            if not len(designs):
+                continue
+            again = _select(problem, designs)
             second = _room(again, constraints)
-            trace_carefully(again, options, second)
-            trace.rows[failed] = second.rows
-            trace.shapes[failed] = second.shapes
-            trace.multipliers[failed] = second.multipliers
+            if problem.mu[designs[0]] == 0.0:
+                trace_carefully(again, options, second)
+            else:
+                trace_lanes(again, tolerance, _SHORT_MOVE, second)
+                explain_ends(again, tolerance, second)
+            for mine, new in zip(trace[:-1], second[:-1], strict=True):
+                mine[designs] = new
             trace.solves[0] += second.solves[0]
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)
@@ -125,7 +144,10 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
 
 def _room(problem: Problem, constraints: int) -> Trace:
     designs, positions = problem.positions.shape
-    return make_trace(designs, positions, mode_count(problem), constraints)
+    sense = np.sign(np.diff(problem.positions, axis=1))
+    turns = int((sense[:, 1:] * sense[:, :-1] < 0.0).sum(axis=1).max(initial=0))
+    events = min(EVENTS * (1 + turns), max(EVENTS, positions))
+    return make_trace(designs, positions, mode_count(problem), constraints, events)
 
 
 def _select(problem: Problem, designs: Array) -> Problem:
@@ -136,15 +158,17 @@ def _select(problem: Problem, designs: Array) -> Problem:
         shear_stiffness=problem.shear_stiffness[designs],
         jaw=problem.jaw[designs],
         target=problem.target[designs],
+        mu=problem.mu[designs],
         positions=problem.positions[designs],
     )
 
 
 def _subset(solved: Solved, chosen: Array) -> Solved:
     trace = solved.trace
+    fields = {name: getattr(trace, name)[chosen] for name in trace._fields if name != "solves"}
     return Solved(
         solved.designs[chosen],
         solved.order,
         _select(solved.problem, np.flatnonzero(chosen)),
-        Trace(trace.rows[chosen], trace.shapes[chosen], trace.multipliers[chosen], trace.solves),
+        trace._replace(**fields),
     )

@@ -24,9 +24,14 @@ class Pose(NamedTuple):
 
 
 def jaw_row(
-    a: tuple[float, float], b: tuple[float, float], rho: float = 0.0, unit: float = 1.0
+    a: tuple[float, float],
+    b: tuple[float, float],
+    rho: float = 0.0,
+    unit: float = 1.0,
+    face: tuple[float, float] | None = None,
 ) -> np.ndarray:
-    """The jaw's table (1, JAW_COLUMNS) from corners and signed radius (positive: convex)."""
+    """The jaw's table (1, JAW_COLUMNS) from corners, signed radius (positive: convex) and the
+    tangent of the return face (None: folded back under the edge, out of any target's way)."""
     start, end, rho = np.array(a) / unit, np.array(b) / unit, rho / unit
     chord = np.hypot(*(end - start))
     forward = (end - start) / chord
@@ -40,7 +45,8 @@ def jaw_row(
             forward * np.cos(half) - left * np.sin(half),
         )
         centre = (start + end) / 2.0 - rho * np.cos(half) * left
-    row[0] = [*start, *end, *tangents[0], *tangents[1], *centre, rho]
+    face = -tangents[0] if face is None else np.array(face)
+    row[0] = [*start, *end, *tangents[0], *tangents[1], *centre, rho, *face]
     return row
 
 
@@ -57,6 +63,6 @@ def jaw_samples(jaw: np.ndarray, count: int) -> np.ndarray:
     return centre + np.cos(turn) * arm + np.sin(turn) * np.array([-arm[1], arm[0]])
 
 
-def target_row(radius: float) -> np.ndarray:
-    """The target's table (1, TARGET_COLUMNS)."""
-    return np.array([[radius, TARGET_Y]])
+def target_row(radius: float, length: float = 0.0) -> np.ndarray:
+    """The target's table (1, TARGET_COLUMNS); a block of length 0 is endless."""
+    return np.array([[radius, TARGET_Y, length]])

@@ -1,4 +1,4 @@
-"""Exact frictionless solutions of the snap-fit scenes, by shooting on the equilibrium equation.
+"""Exact solutions of the snap-fit scenes, by shooting on the equilibrium equation.
 
 The truth that tests compare with; it imports nothing of the package it checks.
 
@@ -8,11 +8,12 @@ section. Then for every s, with r = (x, y) and theta = psi + gamma,
     x' = cos(theta)            EI(s) psi' = M(s) = (p - r(s)) x F
     y' = sin(theta)      kappa G A(s) gamma = F . (-sin(theta), cos(theta))
 
-Seen from the tip section, p and the direction of F depend only on where the jaw touches. So the
-equation is integrated from the tip to the clamp in the frame of the tip section, for a given force
-N and a given place t on the jaw, and the whole finger is then turned and moved so that the clamp
-lies where it belongs. What is left is a root of two equations (the target's point meets the jaw's)
-in the two unknowns N and t. All inputs are plain numbers in SI units, angles in radians.
+F is normal to the contact, or, where the target slides along the jaw with friction, on the edge of
+the friction cone. Seen from the tip section, p and F's direction depend only on where it touches.
+So the equation is integrated from the tip to the clamp in the frame of the tip section, for a given
+force N and a given place t on the jaw, and the whole finger is then turned and moved so that the
+clamp lies where it belongs. What is left is a root of two equations (the target's point meets the
+jaw's) in the two unknowns N and t. All inputs are plain numbers in SI units, angles in radians.
 """
 
 import math
@@ -64,6 +65,7 @@ class ShootingCase:
     young: float = 2.62e9
     poisson: float = 0.35
     shear: bool = False
+    mu: float = 0.0  # friction of a target that slides towards -x; negative: towards +x
 
     def thickness_at(self, s: float) -> float:
         """w(s) in m."""
@@ -185,7 +187,8 @@ def touch_place(case: ShootingCase) -> float:
 
 
 def recovered(result: ShootingResult, mu: float) -> Vector:
-    """The force (x, y) in N with friction by the paper's base-moment rule (14)-(17).
+    """The force (x, y) in N with friction by the paper's base-moment rule (14)-(17), from a result
+    without friction.
 
     The shape stays that without friction. The force along n + mu t, with n the direction of the
     frictionless force and t the contact's tangent towards the target's motion (-x), keeps its
@@ -248,6 +251,12 @@ def _integrate(
     return done.y[:, -1], done.sol
 
 
+def _push(case: ShootingCase, normal: Vector) -> Vector:
+    """The force on the finger (2,) per unit of normal force; `normal` (2,) points out of the jaw,
+    and a target that slides towards -x drags the finger along."""
+    return -normal + case.mu * np.array([-normal[1], normal[0]])
+
+
 def _contact(
     case: ShootingCase, feature: Feature, scaled_force: float, place: float
 ) -> tuple[Vector, Vector]:
@@ -257,7 +266,7 @@ def _contact(
     """
     point, normal = _jaw(case, feature, place)
     arm = (point - np.array([case.length, 0.0])) / case.length
-    clamp, _ = _integrate(case, arm, -scaled_force * _force_unit(case) * normal)
+    clamp, _ = _integrate(case, arm, scaled_force * _force_unit(case) * _push(case, normal))
     turn = _turn(-clamp[2])
     radius = (case.target_radius or 0.0) / case.length
     return turn @ (arm - clamp[:2] + radius * normal), turn @ normal
@@ -270,10 +279,11 @@ def _result(
     point, normal = _jaw(case, feature, place)
     arm = (point - np.array([case.length, 0.0])) / case.length
     normal_force = scaled_force * _force_unit(case)
-    clamp, seen_from_tip = _integrate(case, arm, -normal_force * normal, dense=True)
+    push = _push(case, normal)
+    clamp, seen_from_tip = _integrate(case, arm, normal_force * push, dense=True)
     turn = _turn(-clamp[2])
     contact = case.length * turn @ (arm - clamp[:2])
-    force = -normal_force * turn @ normal
+    force = normal_force * turn @ push
     tip = np.append(-case.length * turn @ clamp[:2], -clamp[2])
     result = ShootingResult(
         case, feature, float(position), float(force[0]), float(force[1]), float(normal_force),

@@ -10,7 +10,8 @@ from fastncm.columns import CASE_UNITS
 CIRCLE = fastncm.load_scene("snapfit-circle")
 
 
-def test_cases_equal_curves() -> None:
+@pytest.mark.parametrize(("model", "shape_paths"), [("equilibrium", 4), ("recovered", 2)])
+def test_cases_equal_curves(model: str, shape_paths: int) -> None:
     frame = pd.DataFrame(
         {
             "finger.thickness": [0.0022, 0.0032, 0.0042, 0.0032],
@@ -19,12 +20,13 @@ def test_cases_equal_curves() -> None:
         },
         index=[7, 5, 3, 1],
     )
-    table = fastncm.solve_cases(CIRCLE, frame)
+    scene = CIRCLE.replace({"friction.model": model})
+    table = fastncm.solve_cases(scene, frame)
     assert list(table.index) == [7, 5, 3, 1]
     assert list(table.columns) == [*frame.columns, *CASE_UNITS]
-    assert table.attrs["shape_paths"] == 2
+    assert table.attrs["shape_paths"] == shape_paths
     for (_, changes), (_, row) in zip(frame.iterrows(), table.iterrows(), strict=True):
-        curve = fastncm.solve(CIRCLE.replace(changes.to_dict()))
+        curve = fastncm.solve(scene.replace(changes.to_dict()))
         assert row["status"] == "converged"
         assert row["peak_force_N"] == pytest.approx(curve.peak.insertion_force_N, rel=1e-12)
         assert row["peak_position"] == pytest.approx(curve.peak.position, rel=1e-12)

@@ -1,5 +1,7 @@
 """One scene along its path, against exact solutions by shooting and the figures of the issue."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shooting
@@ -26,11 +28,18 @@ def test_peak_of_the_circle(thickness: float, force: float) -> None:
 def test_peaks_to_1e_8(scene: fastncm.Scene, case: shooting.ShootingCase) -> None:
     exact = shooting.peak_position(case)
     span = 0.02
+    scene = scene.replace({"solver.rtol": 1e-9})
     for mu in (0.0, 0.2):
-        curve = fastncm.solve(scene.replace({"solver.rtol": 1e-9, "friction.mu": mu}))
+        recovered = scene.replace({"friction.mu": mu, "friction.model": "recovered"})
+        curve = fastncm.solve(recovered)
         force = -shooting.recovered(exact, mu)[0]
         assert curve.peak.position == pytest.approx(exact.position, abs=1e-9 * span)
         assert curve.peak.insertion_force_N == pytest.approx(force, rel=1e-8)
+    for mu in (0.2, 0.4, 0.8):
+        sliding = shooting.peak_position(replace(case, mu=mu))
+        curve = fastncm.solve(scene.replace({"friction.mu": mu}))
+        assert curve.peak.position == pytest.approx(sliding.position, abs=1e-9 * span)
+        assert curve.peak.insertion_force_N == pytest.approx(-sliding.force_x, rel=1e-8)
 
 
 def test_after_the_corner_has_passed_the_force_is_constant() -> None:
@@ -78,7 +87,8 @@ def test_base_moment_rule() -> None:
     cone."""
     position, mu = 0.0688, 0.4
     row = fastncm.solve(
-        CIRCLE.replace({"friction.mu": mu, "solver.order": 10}), positions=[position]
+        CIRCLE.replace({"friction.mu": mu, "friction.model": "recovered", "solver.order": 10}),
+        positions=[position],
     )
     frame = row.frame().iloc[0]
     moment = frame["contact_x_m"] * frame["force_y_N"] - frame["contact_y_m"] * frame["force_x_N"]

@@ -12,7 +12,7 @@ from fastncm.lowering import Lowered, lower
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
-from fastncm.path.trace import Trace, make_trace, trace_lanes
+from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace, trace_lanes
 from fastncm.scene import load_scene, tabulate
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
@@ -79,7 +79,7 @@ def solved_path(
     modes = order * (2 if lowered.scene.model.shear else 1)
     trace = make_trace(1, problem.positions.shape[1], modes, most_constraints(problem))
     if options is None:
-        trace_lanes(problem, LANE_TOLERANCE, trace)
+        trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
         locate_events(problem, LANE_TOLERANCE, trace)
     else:
         trace_carefully(problem, options, trace)

@@ -19,20 +19,25 @@ CIRCLE, BLOCK = 0, 1
 ON_EDGE = 0  #: ... lies over the jaw's edge (segment or arc)
 ON_A = 1  #: ... is nearest to corner a
 ON_B = 2  #: ... is nearest to corner b
+ON_RETURN = 3  #: ... lies over the return face, from corner a down to the finger
+FAR_RETURN = 4  #: the block's far corner, at the other end of its underside, over the return face
 # A point of the jaw on a plane of the block:
-A_UNDERSIDE, A_FACE, B_UNDERSIDE, B_FACE = 3, 4, 5, 6  #: a corner of the jaw
-ARC_UNDERSIDE, ARC_FACE = 7, 8  #: the point of a convex arc whose normal is the plane's
-VOID = 9  #: the pair does not face each other
+A_UNDERSIDE, A_FACE, B_UNDERSIDE, B_FACE = 5, 6, 7, 8  #: a corner of the jaw
+A_BACK = 9  #: corner a on the block's back, beyond its far corner
+ARC_UNDERSIDE, ARC_FACE = 10, 11  #: the point of a convex arc whose normal is the plane's
+VOID = 12  #: the pair does not face each other
 
 # --- columns of a design's jaw array (dimensionless, in the tip's frame) -------------------------
 AX, AY, BX, BY = 0, 1, 2, 3  #: corners a and b
 TAX, TAY, TBX, TBY = 4, 5, 6, 7  #: unit tangents at a and at b, both in the sense a -> b
 MX, MY = 8, 9  #: centre of the arc
 RHO = 10  #: radius of the arc, positive: convex, negative: concave, 0: straight
-JAW_COLUMNS = 11
+TRX, TRY = 11, 12  #: unit tangent of the return face, towards a
+JAW_COLUMNS = 13
 # --- columns of a design's target array ----------------------------------------------------------
 TARGET_RADIUS, TARGET_Y = 0, 1
-TARGET_COLUMNS = 2
+TARGET_LENGTH = 2  #: of a block's underside, 0: endless
+TARGET_COLUMNS = 3
 
 #: Gap of a pair that does not face each other (one finger length: never binding).
 VOID_GAP = 1.0

@@ -97,9 +97,12 @@ def plane_gap(qx, qy, rho, nx, ny, px, py, x, y, cos, sin, feature):
 
 @inlined
 def jaw_gap(jaw, d, part, px, py, r, x, y, cos, sin):
-    """`target_point_gap` of the jaw's edge (`ON_EDGE`) or corner (`ON_A`, `ON_B`)."""
+    """`target_point_gap` of the jaw's edge (`ON_EDGE`), a corner (`ON_A`, `ON_B`) or its return
+    face (`ON_RETURN`, `FAR_RETURN`)."""
     mx, my, rho, nx, ny = jaw[d, c.AX], jaw[d, c.AY], 0.0, 0.0, 0.0
-    if part == c.ON_B:
+    if part >= c.ON_RETURN:
+        nx, ny = -jaw[d, c.TRY], jaw[d, c.TRX]
+    elif part == c.ON_B:
         mx, my = jaw[d, c.BX], jaw[d, c.BY]
     elif part == c.ON_EDGE:
         rho = jaw[d, c.RHO]
@@ -134,8 +137,9 @@ def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
     jaw: (D, JAW_COLUMNS), target: (D, TARGET_COLUMNS), `t` the target's position along the path.
     """
     py = target[d, c.TARGET_Y]
-    if feature <= c.ON_B:
-        return jaw_gap(jaw, d, feature, t, py, target[d, c.TARGET_RADIUS], x, y, cos, sin)
+    if feature <= c.FAR_RETURN:
+        px = t + target[d, c.TARGET_LENGTH] if feature == c.FAR_RETURN else t
+        return jaw_gap(jaw, d, feature, px, py, target[d, c.TARGET_RADIUS], x, y, cos, sin)
     if feature == c.VOID:
         g = c.VOID_GAP
         return g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c.VOID
@@ -146,6 +150,8 @@ def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
         qx, qy, rho = jaw[d, c.MX], jaw[d, c.MY], jaw[d, c.RHO]
     face = feature == c.A_FACE or feature == c.B_FACE or feature == c.ARC_FACE
     nx, ny = (-1.0, 0.0) if face else (0.0, -1.0)
+    if feature == c.A_BACK:
+        t, nx, ny = t + target[d, c.TARGET_LENGTH], 1.0, 0.0
     return plane_gap(qx, qy, rho, nx, ny, t, py, x, y, cos, sin, feature)
 
 
@@ -207,6 +213,43 @@ def block_feature(jaw, target, d, t, x, y, cos, sin):
 
 
 @inlined
+def far_feature(jaw, target, d, t, x, y, cos, sin, feature):
+    """What of the block of finite length touches the convex jaw: its far side, or `feature`.
+
+    Two convex bodies are apart by the largest of their distances along the normals of their sides.
+    On the far side these are the normals of the return face and of the block's back; either the
+    block's far corner is foremost towards the face, or corner a towards the back.
+    """
+    length = target[d, c.TARGET_LENGTH]
+    if length == 0.0:
+        return feature
+    leans_up = cos * jaw[d, c.TRX] - sin * jaw[d, c.TRY] > 0.0  # the return face's outward normal
+    far = c.FAR_RETURN if leans_up else c.A_BACK
+    near_gap = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)[0]
+    far_gap = feature_gap(far, jaw, target, d, t, x, y, cos, sin)[0]
+    return far if far_gap > near_gap else feature
+
+
+@inlined
+def circle_part(jaw, target, d, t, x, y, cos, sin):
+    """The part of the jaw that is nearest to the circle's centre, the return face among them.
+
+    Where the centre is inside the jaw, the side it has least to go through.
+    """
+    py = target[d, c.TARGET_Y]
+    part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    if part == c.ON_B:
+        return part
+    ax = cos * (t - x) + sin * (py - y) - jaw[d, c.AX]
+    ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
+    if part == c.ON_A:
+        return c.ON_RETURN if jaw[d, c.TRX] * ax + jaw[d, c.TRY] * ay < 0.0 else c.ON_A
+    edge = jaw_gap(jaw, d, c.ON_EDGE, t, py, 0.0, x, y, cos, sin)[0]
+    face = jaw[d, c.TRX] * ay - jaw[d, c.TRY] * ax
+    return c.ON_RETURN if edge < 0.0 and face > edge and jaw[d, c.RHO] >= 0.0 else part
+
+
+@inlined
 def closest_count(kind, jaw, d):
     """How many constraints the closed form needs: one, but for a concave arc, whose two corners may
     touch at once: two against the circle (the nearest part and the farther corner), three against
@@ -223,7 +266,8 @@ def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
     py = target[d, c.TARGET_Y]
     if kind == c.BLOCK:
         if jaw[d, c.RHO] >= 0.0:
-            return block_feature(jaw, target, d, t, x, y, cos, sin)
+            near = block_feature(jaw, target, d, t, x, y, cos, sin)
+            return far_feature(jaw, target, d, t, x, y, cos, sin, near)
         if k == 0:
             part = nearest_part(jaw, d, t, py, x, y, cos, sin)
             return part if part == c.ON_EDGE else c.VOID
@@ -234,11 +278,11 @@ def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
         return corner_on_block(
             jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
         )
-    part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    part = circle_part(jaw, target, d, t, x, y, cos, sin)
     if k == 0:
         return part
     if part != c.ON_EDGE:
-        return c.ON_B if part == c.ON_A else c.ON_A
+        return c.ON_A if part == c.ON_B else c.ON_B
     qx, qy = cos * (t - x) + sin * (py - y), cos * (py - y) - sin * (t - x)
     to_a = (qx - jaw[d, c.AX]) ** 2 + (qy - jaw[d, c.AY]) ** 2
     to_b = (qx - jaw[d, c.BX]) ** 2 + (qy - jaw[d, c.BY]) ** 2

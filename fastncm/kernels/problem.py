@@ -19,9 +19,9 @@ class Problem(NamedTuple):
     profiles, stacked (`kernels.basis.profiles`). profile_of: (D,) int64, which of them. ratio: (D,)
     tip over clamp thickness. shear_stiffness: (D,) kappa G A L^2 / (E I) at the clamp (not read
     without shear). printed_section: 1 where the section turns by psi + gamma as printed. jaw: (D,
-    JAW_COLUMNS); target: (D, TARGET_COLUMNS). positions: (D, N) of the target, in the order to
-    solve. kind: CIRCLE or BLOCK; form: CLOSEST, POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of
-    the latter two.
+    JAW_COLUMNS); target: (D, TARGET_COLUMNS). mu: (D,) friction that acts while the finger bends.
+    positions: (D, N) of the target, in the order to solve. kind: CIRCLE or BLOCK; form: CLOSEST,
+    POINTS_ON_FINGER or POINTS_ON_TARGET; points: M of the latter two.
     """
 
     rule: Quadrature
@@ -32,6 +32,7 @@ class Problem(NamedTuple):
     printed_section: int
     jaw: np.ndarray
     target: np.ndarray
+    mu: np.ndarray
     positions: np.ndarray
     kind: int
     form: int

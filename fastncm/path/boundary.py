@@ -46,6 +46,13 @@ def boundary(
     by = sin * jaw[:, c.TBX] + cos * jaw[:, c.TBY]
     e_a, d_a = _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TAX, c.TAY]], point, pose)
     e_b, d_b = _jaw_end(jaw[:, [c.BX, c.BY]], jaw[:, [c.TBX, c.TBY]], point, pose)
+    e_r, d_r = _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TRX, c.TRY]], point, pose)
+    # corner a from the block's far corner; the return face's normal in space
+    arm_x = cos * jaw[:, c.AX] - sin * jaw[:, c.AY]
+    arm_y = sin * jaw[:, c.AX] + cos * jaw[:, c.AY]
+    far = pose[:, 0] + arm_x - t - target[:, c.TARGET_LENGTH]
+    face_x = cos * jaw[:, c.TRX] - sin * jaw[:, c.TRY]
+    face_y = sin * jaw[:, c.TRX] + cos * jaw[:, c.TRY]
     edge = low == c.ON_EDGE
     level = (pose[:, 0] + mx - t, np.column_stack([one, zero, -my]))
     upright = (pose[:, 1] + my - point[:, 1], np.column_stack([zero, one, mx]))
@@ -53,6 +60,14 @@ def boundary(
         # the target's corner or centre leaves the edge at a, at b
         (edge & np.isin(high, (c.ON_A, c.A_UNDERSIDE, c.A_FACE)), (e_a, d_a)),
         (edge & np.isin(high, (c.ON_B, c.B_UNDERSIDE, c.B_FACE)), (e_b, d_b)),
+        # the centre leaves the return face at a; a leaves the underside at the block's far corner
+        (_pair(low, high, c.ON_A, c.ON_RETURN), (e_r, d_r)),
+        (
+            _pair(low, high, c.FAR_RETURN, c.A_UNDERSIDE),
+            (far, np.column_stack([one, zero, -arm_y])),
+        ),
+        # the return face is upright, along the block's back
+        (_pair(low, high, c.FAR_RETURN, c.A_BACK), (face_x, _turn(-face_y))),
         # the arc is level, upright, at the block's corner
         (edge & (high == c.ARC_UNDERSIDE), level),
         (edge & (high == c.ARC_FACE), upright),

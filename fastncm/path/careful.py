@@ -16,7 +16,7 @@ from fastncm.kernels.points import constraint_count
 from fastncm.kernels.problem import mode_count
 from fastncm.path import newton, rows
 from fastncm.path.lanes import AS_STORED, make_lanes
-from fastncm.path.trace import begin_block, begin_position, set_target, store
+from fastncm.path.trace import LONGEST_MOVE, begin_block, begin_position, set_target, store
 from fastncm.path.walk import forget, make_walk, remember
 from fastncm.sqp import status
 from fastncm.sqp.design import Design
@@ -182,7 +182,7 @@ def trace_carefully(problem, options, trace):
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            most = begin_position(problem, i, lanes, walk, start, moves, trace)
+            most = begin_position(problem, i, LONGEST_MOVE, lanes, walk, start, moves, trace)
             for move in range(1, most + 1):
                 set_target(problem, i, most - move, lanes, start, moves)
                 for lane in range(LANES):

@@ -13,7 +13,7 @@ from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
 from fastncm.path.states import States, locate_touches, make_states, solve_states
-from fastncm.path.trace import EVENTS, Trace
+from fastncm.path.trace import Trace
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -38,6 +38,8 @@ def locate_events(problem: Problem, tolerance: float, trace: Trace) -> None:
     free, touching = state == status.NO_CONTACT, state == status.CONVERGED
     begins, ends = free[:, :-1] & touching[:, 1:], touching[:, :-1] & free[:, 1:]
     single = touching & (feature < rows.SEVERAL)
+    sliding = trace.rows[:, :positions, rows.STICKING] == 0.0
+    single &= sliding
     changed = single[:, :-1] & single[:, 1:] & (feature[:, :-1] != feature[:, 1:])
     found = [
         _touches(problem, tolerance, trace, rows.TOUCH, *np.nonzero(begins)),
@@ -57,11 +59,13 @@ def _touches(
     t = np.empty(len(design))
     locate_touches(problem, design, before, after, t)
     states = make_states(design, t, np.full(len(t), -1), trace.shapes.shape[2])
+    touching = interval + 1 if kind == rows.TOUCH else interval
+    states.side[:] = trace.rows[design, touching, rows.SIDE]
     if len(t):
         solve_states(problem, tolerance, states)
     # solved where there is nothing to solve yet: what counts are the rates; the rest is rounding
     states.u[:] = 0.0
-    for column in (rows.FORCE, rows.ENERGY, rows.STRAIN, rows.RESIDUAL, rows.ESTIMATE):
+    for column in (rows.FORCE, rows.ENERGY, rows.STRAIN, rows.RESIDUAL, rows.ESTIMATE, rows.RUB):
         states.row[:, column] = 0.0
     states.row[:, rows.KIND], states.row[:, rows.INTERVAL] = kind, interval
     return states
@@ -75,9 +79,11 @@ def _changes(
     goal = trace.rows[design, interval + 1, rows.FEATURE].astype(np.int64)
     near, far = problem.positions[design, interval], problem.positions[design, interval + 1]
     held = trace.rows[design, interval, rows.FEATURE]
+    side_after = trace.rows[design, interval + 1, rows.SIDE]
     states = make_states(design, near, held, trace.shapes.shape[2])
     states.u[:] = trace.shapes[design, interval]
     states.force[:] = trace.rows[design, interval, rows.FORCE]
+    states.side[:] = trace.rows[design, interval, rows.SIDE]
     located = _walk_to_change(problem, tolerance, states, goal, near, far)
     early = located & ((states.t - near) / (far - near) > 1.0)
     interval = interval.copy()
@@ -87,6 +93,7 @@ def _changes(
     before = _some(states, located)
     after = _some(states, located)
     after.hold[:] = goal[located]
+    after.side[:] = side_after[located]
     for side, kind in ((before, rows.BEFORE_CHANGE), (after, rows.AFTER_CHANGE)):
         if len(side.t):
             solve_states(problem, tolerance, side)
@@ -153,8 +160,8 @@ def _some(states: States, chosen: Array) -> States:
 
 
 def _append(trace: Trace, positions: int, found: list[States]) -> None:
-    """Write all events into the slots of their designs, in the order of the path; EVENTS at
-    most."""
+    """Write all events into the slots of their designs, in the order of the path, as many as
+    there is room for."""
     if not found:
         return
     design = np.concatenate([states.design for states in found])
@@ -165,6 +172,6 @@ def _append(trace: Trace, positions: int, found: list[States]) -> None:
     design, row, shape = design[order], row[order], shape[order]
     first = np.searchsorted(design, design)  # of each design's events
     slot = np.arange(len(design)) - first
-    kept = slot < EVENTS
+    kept = slot < trace.rows.shape[1] - positions
     trace.rows[design[kept], positions + slot[kept]] = row[kept]
     trace.shapes[design[kept], positions + slot[kept]] = shape[kept]

@@ -17,14 +17,24 @@ class Lanes(NamedTuple):
     """The lane is the last axis of every array.
 
     State. design: which design; t: (LANES,) position of the target; hold: feature to keep, -1: the
-    nearest; active: bool, to be solved; u: (m, LANES) unknowns; force: multiplier; u_rate,
-    force_rate: their derivatives by t.
+    nearest; active: bool, to be solved; u: (m, LANES) unknowns; force: multiplier; rub: friction
+    force along the contact's tangent ``t = (-ny, nx)``; u_rate, force_rate, rub_rate, pose_rate (3,
+    LANES): derivatives by the target's position.
+
+    Friction. mu: (LANES,) coefficient; sticks: bool; side: friction over normal force of a sliding
+    contact, +mu or -mu; 0 where it sticks; anchor: slip (`path.slip`) to keep where it sticks, and
+    slipped, what it has instead. rubs, holds: (1,) bool, whether any lane has friction, sticks:
+    what no lane needs is left out.
 
     Evaluation. sin, cos: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES); gap: (GAP_COLUMNS,
-    LANES); jacobian: (m, LANES).
+    LANES); jacobian: (m, LANES) dg/du; tangent: (3, LANES) wrench of a unit force along t; arm: (2,
+    LANES) from the tip to the contact.
 
-    Workspace. hessian: (m, m, LANES); down, across, along: (m, LANES) solutions with it; pull: (3,
-    m, LANES); work: (Q, LANES); fx, fy, moved, negative, compliance: (LANES,); pending: bool.
+    Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
+    (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
+    (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
+    leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept,
+    determinant: (LANES,).
 
     Outcome. residual: KKT; iterations: int64; good: bool.
     """
@@ -36,26 +46,50 @@ class Lanes(NamedTuple):
     active: np.ndarray
     u: np.ndarray
     force: np.ndarray
+    rub: np.ndarray
     u_rate: np.ndarray
     force_rate: np.ndarray
+    rub_rate: np.ndarray
+    pose_rate: np.ndarray
+    mu: np.ndarray
+    sticks: np.ndarray
+    side: np.ndarray
+    anchor: np.ndarray
+    slipped: np.ndarray
+    rubs: np.ndarray
+    holds: np.ndarray
     sin: np.ndarray
     cos: np.ndarray
     pose: np.ndarray
     gradient: np.ndarray
     gap: np.ndarray
     jacobian: np.ndarray
+    tangent: np.ndarray
+    arm: np.ndarray
     hessian: np.ndarray
+    negative: np.ndarray
     down: np.ndarray
     across: np.ndarray
-    along: np.ndarray
-    pull: np.ndarray
     work: np.ndarray
     fx: np.ndarray
     fy: np.ndarray
     moved: np.ndarray
-    negative: np.ndarray
-    compliance: np.ndarray
     pending: np.ndarray
+    flexible: np.ndarray
+    change: np.ndarray
+    small: np.ndarray
+    reach: np.ndarray
+    leaned: np.ndarray
+    driven: np.ndarray
+    slide: np.ndarray
+    pushed: np.ndarray
+    held: np.ndarray
+    shift: np.ndarray
+    answer: np.ndarray
+    inverse: np.ndarray
+    penalty: np.ndarray
+    crept: np.ndarray
+    determinant: np.ndarray
     residual: np.ndarray
     iterations: np.ndarray
     good: np.ndarray
@@ -75,34 +109,58 @@ def make_lanes(problem):
         np.ones(LANES),
     )
     return Lanes(
-        basis,
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES),
-        np.full(LANES, -1),
-        np.zeros(LANES, np.bool_),
-        np.zeros((modes, LANES)),
-        np.zeros(LANES),
-        np.zeros((modes, LANES)),
-        np.zeros(LANES),
-        np.zeros((points, LANES)),
-        np.zeros((points, LANES)),
-        np.zeros((3, LANES)),
-        np.zeros((2, modes, LANES)),
-        np.zeros((c.GAP_COLUMNS, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((3, modes, LANES)),
-        np.zeros((points, LANES)),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES, np.bool_),
-        np.zeros(LANES),
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES, np.bool_),
+        basis=basis,
+        design=np.zeros(LANES, np.int64),
+        t=np.zeros(LANES),
+        hold=np.full(LANES, -1),
+        active=np.zeros(LANES, np.bool_),
+        u=np.zeros((modes, LANES)),
+        force=np.zeros(LANES),
+        rub=np.zeros(LANES),
+        u_rate=np.zeros((modes, LANES)),
+        force_rate=np.zeros(LANES),
+        rub_rate=np.zeros(LANES),
+        pose_rate=np.zeros((3, LANES)),
+        mu=np.zeros(LANES),
+        sticks=np.zeros(LANES, np.bool_),
+        side=np.zeros(LANES),
+        anchor=np.zeros(LANES),
+        slipped=np.zeros(LANES),
+        rubs=np.zeros(1, np.bool_),
+        holds=np.zeros(1, np.bool_),
+        sin=np.zeros((points, LANES)),
+        cos=np.zeros((points, LANES)),
+        pose=np.zeros((3, LANES)),
+        gradient=np.zeros((2, modes, LANES)),
+        gap=np.zeros((c.GAP_COLUMNS, LANES)),
+        jacobian=np.zeros((modes, LANES)),
+        tangent=np.zeros((3, LANES)),
+        arm=np.zeros((2, LANES)),
+        hessian=np.zeros((modes, modes, LANES)),
+        negative=np.zeros(LANES),
+        down=np.zeros((modes, LANES)),
+        across=np.zeros((3, modes, LANES)),
+        work=np.zeros((points, LANES)),
+        fx=np.zeros(LANES),
+        fy=np.zeros(LANES),
+        moved=np.zeros(LANES),
+        pending=np.zeros(LANES, np.bool_),
+        flexible=np.zeros((3, 3, LANES)),
+        change=np.zeros((3, 3, LANES)),
+        small=np.zeros((3, 3, LANES)),
+        reach=np.zeros((3, LANES)),
+        leaned=np.zeros((3, LANES)),
+        driven=np.zeros((3, LANES)),
+        slide=np.zeros((3, LANES)),
+        pushed=np.zeros((3, LANES)),
+        held=np.zeros((3, LANES)),
+        shift=np.zeros((3, LANES)),
+        answer=np.zeros((3, LANES)),
+        inverse=np.zeros((2, 2, LANES)),
+        penalty=np.zeros(LANES),
+        crept=np.zeros(LANES),
+        determinant=np.zeros(LANES),
+        residual=np.zeros(LANES),
+        iterations=np.zeros(LANES, np.int64),
+        good=np.zeros(LANES, np.bool_),
     )

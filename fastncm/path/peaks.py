@@ -26,25 +26,38 @@ def refine_peaks(
     trace: Trace,
     design: Array,
     mu: Array,
-    direction: Array,
     summary: Array,
 ) -> int:
     """Locate the smooth peaks of cases and write force and position into their summaries.
 
-    design, mu, direction: (C,); summary: (C, reduce.COLUMNS), of whose cases those with a
-    SMOOTH_FROM are refined. Returns the number of shapes solved.
+    design, mu (of the recovered rule): (C,); summary: (C, reduce.COLUMNS). Returns the number of
+    shapes solved.
     """
-    cases = np.flatnonzero(summary[:, reduce.SMOOTH_FROM] >= 0.0)
+    return sum(
+        _refine(problem, tolerance, trace, design, mu, summary, peak)
+        for peak in (reduce.PEAK_FORCE, reduce.RETENTION)
+    )
+
+
+def _refine(
+    problem: Problem,
+    tolerance: float,
+    trace: Trace,
+    design: Array,
+    mu: Array,
+    summary: Array,
+    peak: int,
+) -> int:
+    """`refine_peaks` of one way: the summary's columns `peak` (force), position, and the two rows
+    between which it lies."""
+    cases = np.flatnonzero(summary[:, peak + 2] >= 0.0)
     if not len(cases):
         return 0
     d = design[cases]
-    ends = summary[cases][:, [reduce.SMOOTH_FROM, reduce.SMOOTH_TO]].astype(np.int64)
+    ends = summary[cases, peak + 2 : peak + 4].astype(np.int64)
     bracket = np.stack([trace.rows[d, ends[:, k], rows.POSITION] for k in (0, 1)], axis=1)
     slope = np.stack(
-        [
-            _force(trace.rows[d, ends[:, k]], mu[cases], direction[cases])[:, INSERTION_RATE]
-            for k in (0, 1)
-        ],
+        [_force(trace.rows[d, ends[:, k]], mu[cases])[:, INSERTION_RATE] for k in (0, 1)],
         axis=1,
     )
     states = make_states(
@@ -52,6 +65,8 @@ def refine_peaks(
     )
     states.u[:] = trace.shapes[d, ends[:, 0]]
     states.force[:] = trace.rows[d, ends[:, 0], rows.FORCE]
+    states.side[:] = trace.rows[d, ends[:, 0], rows.SIDE]
+    direction = trace.rows[d, ends[:, 0], rows.DIRECTION]
     replaced = np.full(len(cases), -1)
     pending = np.arange(len(cases))
     solves = 0
@@ -67,11 +82,12 @@ def refine_peaks(
         solve_states(problem, tolerance, trial)
         solves += len(pending)
         states.u[pending], states.force[pending] = trial.u, trial.force
+        trial.row[:, rows.DIRECTION] = direction[pending]
         at = cases[pending]
-        force = _force(trial.row, mu[at], direction[at])
+        force = _force(trial.row, mu[at])
         good = trial.good
-        summary[at[good], reduce.PEAK_FORCE] = force[good, INSERTION]
-        summary[at[good], reduce.PEAK_POSITION] = trial.t[good]
+        summary[at[good], peak] = force[good, INSERTION]
+        summary[at[good], peak + 1] = trial.t[good]
         rate = force[:, INSERTION_RATE]
         end = np.where((rate > 0.0) == (low > 0.0), 0, 1)
         step = np.abs(trial.t - bracket[pending, end])
@@ -84,8 +100,8 @@ def refine_peaks(
     return solves
 
 
-def _force(row: Array, mu: Array, direction: Array) -> Array:
+def _force(row: Array, mu: Array) -> Array:
     """`turned_forces` of single rows (S, rows.COLUMNS)."""
     out = np.empty((len(row), 1, 7))
-    turned_forces(row[:, None, :].copy(), np.arange(len(row)), mu, direction, out)
+    turned_forces(row[:, None, :].copy(), np.arange(len(row)), mu, out)
     return out[:, 0]

@@ -2,16 +2,16 @@
 
 Equilibrium gives the moment along the finger exactly once the contact force is known, ``M(s) = (p -
 r(s)) x F``. Where it differs from ``E I psi'`` the chosen modes cannot follow: ``rho = M - E I
-psi'`` consists of just the modes that are left out, ``rho_l = lambda A_l`` with ``A_l = dg/du_l``
-(and likewise the shear force against ``kappa G A gamma``). What leaving them out does to the force
-follows by linearising the KKT conditions of all modes about the solution: with ``z = H^-1 A^T``,
-the change of shape per unit of force,
+psi'`` consists of just the modes that are left out, ``rho_l = B . J_l`` with B the contact's wrench
+on the tip and J_l the tip's derivative by the mode (and likewise the shear force against ``kappa G
+A gamma``). What leaving them out does to the force follows by linearising the conditions of all
+modes about the solution: with y the adjoint shape (`path.tip.adjoint`; without friction the change
+of shape by a unit of force, over its compliance),
 
-    d lambda = - (sum_l rho_l z_l) / (A H^-1 A^T),    z_l = A_l - (K z)_l,
+    d lambda = - sum_l rho_l y_l,    y_l = J_l . (adjoint wrench) - (K y)_l,
 
-where K is the Hessian without its unit part (the force's own stiffness), and H is close to 1 for
-the modes left out. So the error of the force is of second order in rho. The sum runs over the first
-modes left out.
+where K is the force's own stiffness, and the Hessian is close to 1 for the modes left out. So the
+error of the force is of second order in rho. The sum runs over the first modes left out.
 """
 
 from typing import NamedTuple
@@ -22,6 +22,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import rod
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.path import tip
 
 # --- columns of a row ----------------------------------------------------------------------------
 (
@@ -49,8 +50,17 @@ from fastncm.kernels.constants import LANES
     ITERATIONS,
     FEATURE,
     CONTACTS,
-) = range(24)
-COLUMNS = 24
+    RUB,
+    RUB_RATE,
+    SIDE,
+    STICKING,
+    DIRECTION,
+) = range(29)
+COLUMNS = 29
+
+# RUB: friction force along t = (-ny, nx), n the normal; SIDE: friction over normal force where the
+# contact slides (signed), else 0; STICKING: contacts that stick; DIRECTION: sense of the target's
+# motion along x, +1 or -1, by which the insertion force is counted.
 
 # --- kinds of rows -------------------------------------------------------------------------------
 #: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL
@@ -58,7 +68,7 @@ COLUMNS = 24
 AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE = range(5)
 
 #: Feature of a row with several loaded constraints, or of a point form: no single smooth contact.
-SEVERAL = 10
+SEVERAL = 13
 
 #: The estimate is SAFETY times the signed leading term, which may vanish by chance, plus RESERVE
 #: times the size of its summands; compared with the true error on both scenes
@@ -71,11 +81,16 @@ FORCE_ROUNDING = 4e-14
 
 
 class Measuring(NamedTuple):
-    """Workspace and result of `measure`. x, y: (Q, LANES); total, size: (LANES,); row: (COLUMNS,
-    LANES)."""
+    """Workspace and result of `measure`. x, y: (Q, LANES); wrench, kept, moved, unit: (3,
+    LANES); total,
+    size: (LANES,); row: (COLUMNS, LANES)."""
 
     x: np.ndarray
     y: np.ndarray
+    wrench: np.ndarray
+    kept: np.ndarray
+    moved: np.ndarray
+    unit: np.ndarray
     total: np.ndarray
     size: np.ndarray
     row: np.ndarray
@@ -87,6 +102,10 @@ def make_measuring(points):
     return Measuring(
         np.zeros((points, LANES)),
         np.zeros((points, LANES)),
+        np.zeros((3, LANES)),
+        np.zeros((3, LANES)),
+        np.zeros((3, LANES)),
+        np.zeros((3, LANES)),
         np.zeros(LANES),
         np.zeros(LANES),
         np.zeros((COLUMNS, LANES)),
@@ -104,7 +123,7 @@ def measure(problem, lanes, at):
     """Fill the rows of all active lanes from their converged state; `lanes` must come from
     `correct`.
 
-    ``at.row`` is overwritten except for KIND and INTERVAL, which stay zero.
+    ``at.row`` is overwritten except for KIND, INTERVAL and DIRECTION, which stay zero.
     """
     gap, out = lanes.gap, at.row
     _copy(lanes.t, out, POSITION)
@@ -120,6 +139,10 @@ def measure(problem, lanes, at):
     _copy(lanes.residual, out, RESIDUAL)
     _copy(lanes.iterations, out, ITERATIONS)
     _copy(gap[c.FEATURE], out, FEATURE)
+    _copy(lanes.rub, out, RUB)
+    _copy(lanes.rub_rate, out, RUB_RATE)
+    _copy(lanes.side, out, SIDE)
+    _copy(lanes.sticks, out, STICKING)
     out[CONTACTS] = 1.0
     out[ENERGY] = 0.0
     for k in range(lanes.u.shape[0]):
@@ -137,9 +160,9 @@ def _strain(problem, lanes, at):
     gap, x, y, strain = lanes.gap, at.x, at.y, at.row[STRAIN]
     rod.node_positions(problem.rule.integral, lanes.sin, lanes.cos, x, y)
     for lane in range(LANES):
-        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane]
+        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane] - lanes.rub[lane] * gap[c.GY, lane]
     for lane in range(LANES):
-        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane]
+        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane] + lanes.rub[lane] * gap[c.GX, lane]
     for lane in range(LANES):
         strain[lane] = abs(gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane])
     for lane in range(LANES):
@@ -156,83 +179,78 @@ def _strain(problem, lanes, at):
 
 @inner
 def _estimate(problem, lanes, at):
-    """Estimated relative error of the contact force, as derived above."""
+    """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
+    force."""
     gap, basis, weights = lanes.gap, lanes.basis, problem.rule.weights
-    turn, total, size = at.x, at.total, at.size
+    turn, total, size, unit, wrench, kept = at.x, at.total, at.size, at.unit, at.wrench, at.kept
     modes, points = lanes.u.shape[0], turn.shape[0]
-    # z turns the axis at the nodes by `turn` and moves the tip's pose by px, py, pp
-    px, py, pp = at.y[0], at.y[1], at.y[2]
-    for lane in range(LANES):
-        px[lane], py[lane], pp[lane], total[lane], size[lane] = 0.0, 0.0, 0.0, 0.0, 0.0
+    tip.adjoint(lanes, wrench, at.kept, at.moved)
+    for i in range(3):
+        for lane in range(LANES):
+            unit[i, lane] = gap[c.GX + i, lane]
+    if lanes.rubs[0]:
+        ratio = lanes.moved
+        for lane in range(LANES):
+            loaded = lanes.force[lane] > 0.0
+            ratio[lane] = lanes.rub[lane] / lanes.force[lane] if loaded else lanes.side[lane]
+        for i in range(3):
+            for lane in range(LANES):
+                unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
+    # the adjoint shape `down` turns the axis at the nodes by `turn`
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.down[k, lane] = (
+                kept[0, lane] * lanes.across[0, k, lane]
+                + kept[1, lane] * lanes.across[1, k, lane]
+                + kept[2, lane] * lanes.across[2, k, lane]
+            )
     for q in range(points):
         for lane in range(LANES):
             turn[q, lane] = 0.0
         for k in range(modes):
             for lane in range(LANES):
-                turn[q, lane] += lanes.across[k, lane] * basis.slope[k, q, lane]
-    for k in range(modes):
-        for lane in range(LANES):
-            px[lane] += lanes.gradient[0, k, lane] * lanes.across[k, lane]
-        for lane in range(LANES):
-            py[lane] += lanes.gradient[1, k, lane] * lanes.across[k, lane]
-        for lane in range(LANES):
-            pp[lane] += basis.end[k, lane] * lanes.across[k, lane]
-    # the same three turned into the change of the force's direction, lambda d(grad g)
-    for lane in range(LANES):
-        x, y, p, force = px[lane], py[lane], pp[lane], lanes.force[lane]
-        px[lane] = force * (gap[c.HXX, lane] * x + gap[c.HXY, lane] * y + gap[c.HXP, lane] * p)
-        py[lane] = force * (gap[c.HXY, lane] * x + gap[c.HYY, lane] * y + gap[c.HYP, lane] * p)
-        pp[lane] = force * (gap[c.HXP, lane] * x + gap[c.HYP, lane] * y + gap[c.HPP, lane] * p)
-    # per node: the work of a turn against the unit force, and the change of lambda times it with z
+                turn[q, lane] += lanes.down[k, lane] * basis.slope[k, q, lane]
+    # per node: what a turn of the axis there adds to y_l, and the unit wrench's work with it
     for q in range(points):
         weight = weights[q]
         for lane in range(LANES):
             sin, cos = lanes.sin[q, lane], lanes.cos[q, lane]
-            axial = gap[c.GX, lane] * cos + gap[c.GY, lane] * sin
+            axial = lanes.fx[lane] * cos + lanes.fy[lane] * sin
             turn[q, lane] = weight * (
-                py[lane] * cos - px[lane] * sin - lanes.force[lane] * axial * turn[q, lane]
+                wrench[1, lane] * cos - wrench[0, lane] * sin - axial * turn[q, lane]
             )
         for lane in range(LANES):
             lanes.work[q, lane] = weight * (
-                gap[c.GY, lane] * lanes.cos[q, lane] - gap[c.GX, lane] * lanes.sin[q, lane]
+                unit[1, lane] * lanes.cos[q, lane] - unit[0, lane] * lanes.sin[q, lane]
             )
+    for lane in range(LANES):
+        total[lane], size[lane] = 0.0, 0.0
     for j in range(basis.beyond.shape[0]):
         for lane in range(LANES):
-            lanes.fx[lane] = gap[c.GP, lane] * basis.beyond_end[j, lane]  # A_l
+            lanes.fx[lane] = unit[2, lane] * basis.beyond_end[j, lane]  # rho_l / lambda
         for lane in range(LANES):
-            lanes.fy[lane] = pp[lane] * basis.beyond_end[j, lane]  # - (K z)_l
+            lanes.fy[lane] = wrench[2, lane] * basis.beyond_end[j, lane]  # y_l
         for q in range(points):
             for lane in range(LANES):
                 lanes.fx[lane] += lanes.work[q, lane] * basis.beyond[j, q, lane]
             for lane in range(LANES):
                 lanes.fy[lane] += turn[q, lane] * basis.beyond[j, q, lane]
         for lane in range(LANES):
-            total[lane] += lanes.fx[lane] * (lanes.fx[lane] + lanes.fy[lane])
+            total[lane] += lanes.fx[lane] * lanes.fy[lane]
         for lane in range(LANES):
-            term = lanes.fx[lane] * (lanes.fx[lane] + lanes.fy[lane])
-            size[lane] += abs(term) + lanes.fx[lane] * lanes.fx[lane]
+            size[lane] += abs(lanes.fx[lane] * lanes.fy[lane]) + lanes.fx[lane] ** 2 * abs(
+                lanes.inverse[0, 0, lane] - lanes.penalty[lane]
+            )
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]
-        at.row[ESTIMATE, lane] = (
-            missing / abs(lanes.compliance[lane])
-            + ALGEBRAIC * lanes.residual[lane]
-            + FORCE_ROUNDING
-        )
+        at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
 
 
 @inner
 def _rates(problem, lanes, out):
     """Derivatives by the target's position of the force's direction and of the contact's place."""
     gap = lanes.gap
-    modes = lanes.u.shape[0]
-    x, y, turn = lanes.work[0], lanes.work[1], lanes.work[2]
-    for lane in range(LANES):
-        x[lane], y[lane], turn[lane] = 0.0, 0.0, 0.0
-    for k in range(modes):
-        for lane in range(LANES):
-            x[lane] += lanes.gradient[0, k, lane] * lanes.u_rate[k, lane]
-            y[lane] += lanes.gradient[1, k, lane] * lanes.u_rate[k, lane]
-            turn[lane] += lanes.basis.end[k, lane] * lanes.u_rate[k, lane]
+    x, y, turn = lanes.pose_rate[0], lanes.pose_rate[1], lanes.pose_rate[2]
     for lane in range(LANES):
         vx, vy, vp = x[lane] - 1.0, y[lane], turn[lane]  # of the tip as the target sees it
         nx = gap[c.HXX, lane] * vx + gap[c.HXY, lane] * vy + gap[c.HXP, lane] * vp
@@ -241,7 +259,7 @@ def _rates(problem, lanes, out):
         out[NORMAL_Y_RATE, lane] = ny
         d = lanes.design[lane]
         feature = gap[c.FEATURE, lane]
-        if feature <= c.ON_B:  # the contact keeps its distance from the target's point
+        if feature <= c.FAR_RETURN:  # the contact keeps its distance from the target's point
             radius = problem.target[d, c.TARGET_RADIUS]
             out[CONTACT_X_RATE, lane] = 1.0 + radius * nx
             out[CONTACT_Y_RATE, lane] = radius * ny

@@ -1,82 +1,69 @@
-"""Stick and slip of fingers in direct contact: which contacts slide, which way, and which hold.
+"""How far the target's surface has moved along the jaw's.
 
-A contact slides in the sense in which the target's surface moves along the finger there, and pulls
-the finger with it, or it sticks to the target's point where it is. Which it does is found in
-rounds: a contact that would have to slide backwards sticks, one that holds by more than ``mu
-lambda`` slides.
+While two surfaces slide and roll on one another the place of contact moves on both. What it has
+moved on the jaw less what it has moved on the target, both measured along ``t = (-ny, nx)`` with n
+the normal out of the target, is the slip: its rate is the velocity of the target's surface relative
+to the jaw's. By the jaw's arc from corner a (towards b) and the target's from its own corner (of a
+circle: the angle phi of the normal from straight down, times the radius) it is one number, which
+does not jump where the contact goes from one feature to the next.
 """
 
-from fastncm.kernels.cache import inlined, inner
-from fastncm.path.surface_rows import velocity
+import numpy as np
 
-#: Rounds after which contacts are only let go, so that the rounds end.
-_BOTH_WAYS = 10
-#: Slip (finger lengths) and excess of friction that are rounding.
-_SLIP_ROUNDING, _CONE_ROUNDING = 1e-13, 1e-10
-
-
-@inlined
-def _slip(state, kept, motion, x, y, k):
-    """How far the target has moved along the finger at point `k` since the last solved state, in
-    the sense of t."""
-    if k > state.first.shape[0]:  # a point of the target
-        j = state.node[k]
-        across = state.section_sin[j] * state.nx[k] - state.section_cos[j] * state.ny[k]
-        return (state.seen_x[k] - kept.seen_x[k]) * across
-    vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
-    dx, dy = vx - (state.px[k] - kept.px[k]), vy - (state.py[k] - kept.py[k])
-    return dy * state.nx[k] - dx * state.ny[k]
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import inner
 
 
 @inner
-def choose_senses(state, motion, x, y):
-    """A first guess for points that do not touch yet: the target moves, the finger stands."""
-    for k in range(state.force.shape[0]):
-        if state.force[k] == 0.0:
-            state.stuck[k], state.shear[k] = False, 0.0
-            vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
-            slip = vy * state.nx[k] - vx * state.ny[k]
-            state.along[k] = 1.0 if slip > 0.0 else (-1.0 if slip < 0.0 else 0.0)
+def slip(problem, lanes, lane):
+    """Slip of the evaluated contact of `lane`, in finger lengths."""
+    d = lanes.design[lane]
+    return contact_slip(
+        problem.jaw,
+        problem.target,
+        d,
+        lanes.gap[:, lane],
+        lanes.t[lane],
+        lanes.pose[0, lane],
+        lanes.pose[1, lane],
+        lanes.pose[2, lane],
+    )
 
 
 @inner
-def regrip(state, kept, motion, x, y, mu, turn):
-    """Change contacts of a solved state between stick and slip where their law is broken; turn:
-    the number of the round.
-
-    Returns how many have changed.
-    """
-    changed = 0
-    for k in range(state.force.shape[0]):
-        if state.force[k] <= 0.0:
-            continue
-        if state.stuck[k]:
-            if abs(state.shear[k]) > mu * state.force[k] * (1.0 + _CONE_ROUNDING):
-                state.stuck[k] = False
-                state.along[k] = 1.0 if state.shear[k] > 0.0 else -1.0
-                state.shear[k] = 0.0
-                changed += 1
-            continue
-        slip = _slip(state, kept, motion, x, y, k)
-        if slip * state.along[k] > -_SLIP_ROUNDING and state.along[k] != 0.0:
-            continue
-        changed += 1
-        if state.along[k] == 0.0:
-            state.along[k] = 1.0 if slip > 0.0 else -1.0
-        elif turn < _BOTH_WAYS and kept.force[k] > 0.0:
-            state.stuck[k] = True
-            state.shear[k] = mu * state.along[k] * state.force[k]
-            state.anchor_x[k], state.anchor_y[k] = kept.seen_x[k], kept.seen_y[k]
-        elif turn < _BOTH_WAYS:
-            state.along[k] = -state.along[k]
-        else:
-            changed -= 1
-    return changed
-
-
-@inner
-def anchor(state):
-    """Forget what no longer touches."""
-    for k in range(state.force.shape[0]):
-        if state.force[k] <= 0.0:
-            state.stuck[k], state.shear[k] = False, 0.0
+def contact_slip(jaw, target, d, gap, t, x, y, psi):
+    """`slip` of a stored gap (GAP_COLUMNS,) at the pose (x, y, psi) and the target's position t."""
+    feature = gap[c.FEATURE]
+    nx, ny = gap[c.GX], gap[c.GY]
+    rho = jaw[d, c.RHO]
+    phi = np.arctan2(nx, -ny)
+    edge = feature == c.ON_EDGE
+    at_b = feature == c.ON_B or feature == c.B_UNDERSIDE or feature == c.B_FACE
+    on_jaw = 0.0
+    if feature == c.ON_RETURN or feature == c.FAR_RETURN:
+        cos, sin = np.cos(psi), np.sin(psi)
+        dx, dy = gap[c.PX] - x, gap[c.PY] - y
+        px, py = cos * dx + sin * dy, cos * dy - sin * dx
+        on_jaw = jaw[d, c.TRX] * (px - jaw[d, c.AX]) + jaw[d, c.TRY] * (py - jaw[d, c.AY])
+    elif rho == 0.0:
+        if edge or at_b:
+            px, py = jaw[d, c.BX], jaw[d, c.BY]
+            if edge:
+                cos, sin = np.cos(psi), np.sin(psi)
+                dx, dy = gap[c.PX] - x, gap[c.PY] - y
+                px, py = cos * dx + sin * dy, cos * dy - sin * dx
+            on_jaw = jaw[d, c.TAX] * (px - jaw[d, c.AX]) + jaw[d, c.TAY] * (py - jaw[d, c.AY])
+    else:
+        at_a = np.arctan2(jaw[d, c.TAY], jaw[d, c.TAX])  # phi of the normal at a in the jaw's frame
+        if edge or feature == c.ARC_UNDERSIDE or feature == c.ARC_FACE:
+            on_jaw = -rho * (phi - psi - at_a)
+        elif at_b:
+            on_jaw = -rho * (np.arctan2(jaw[d, c.TBY], jaw[d, c.TBX]) - at_a)
+    if feature == c.FAR_RETURN:
+        return on_jaw - target[d, c.TARGET_LENGTH]
+    if feature < c.FAR_RETURN:
+        return on_jaw - target[d, c.TARGET_RADIUS] * phi
+    # along the underside t points to +x, along the face downwards, along the back upwards
+    begin = target[d, c.TARGET_LENGTH] if feature == c.A_BACK else 0.0
+    along = ny * (gap[c.PX] - t) - nx * (gap[c.PY] - target[d, c.TARGET_Y])
+    return on_jaw - begin + along

@@ -20,7 +20,8 @@ from fastncm.path.trace import NEWTON_STEPS
 
 class States(NamedTuple):
     """S states. design: (S,) int64 of the problem; t: (S,) position of the target; hold: (S,) int64
-    feature to keep, -1: the nearest; u: (S, m) and force: (S,): start, overwritten by the solution.
+    feature to keep, -1: the nearest; side: (S,) friction over normal force of the sliding contact;
+    u: (S, m) and force: (S,): start, overwritten by the solution.
 
     Overwritten: u_rate: (S, m), derivative of u by t; pose_rate: (S, 3), that of the tip's pose;
     row: (S, rows.COLUMNS); good: (S,) bool, whether it was solved.
@@ -29,6 +30,7 @@ class States(NamedTuple):
     design: np.ndarray
     t: np.ndarray
     hold: np.ndarray
+    side: np.ndarray
     u: np.ndarray
     force: np.ndarray
     u_rate: np.ndarray
@@ -44,6 +46,7 @@ def make_states(design: np.ndarray, t: np.ndarray, hold: np.ndarray, modes: int)
         design.astype(np.int64),
         t.copy(),
         hold.astype(np.int64),
+        np.zeros(count),
         np.zeros((count, modes)),
         np.zeros(count),
         np.zeros((count, modes)),
@@ -57,6 +60,7 @@ def make_states(design: np.ndarray, t: np.ndarray, hold: np.ndarray, modes: int)
 def _load(problem, states, first, lanes):
     """Put the states from `first` on into the lanes."""
     count = states.t.shape[0]
+    lanes.rubs[0] = False
     for lane in range(LANES):
         i = first + lane
         lanes.active[lane] = i < count
@@ -66,13 +70,16 @@ def _load(problem, states, first, lanes):
             lanes.t[lane] = states.t[i]
             lanes.hold[lane] = states.hold[i]
             lanes.force[lane] = states.force[i]
+            lanes.side[lane] = states.side[i]
+            lanes.rub[lane] = states.side[i] * states.force[i]
+            lanes.rubs[0] = lanes.rubs[0] or states.side[i] != 0.0
             for k in range(lanes.u.shape[0]):
                 lanes.u[k, lane] = states.u[i, k]
 
 
 @inner
 def _unload(states, first, lanes, measured):
-    """Write the lanes back. measured: (rows.COLUMNS, LANES); ``lanes.work`` has the tip's rates."""
+    """Write the lanes back. measured: (rows.COLUMNS, LANES)."""
     for lane in range(LANES):
         i = first + lane
         if i >= states.t.shape[0]:
@@ -83,7 +90,7 @@ def _unload(states, first, lanes, measured):
             states.u[i, k] = lanes.u[k, lane]
             states.u_rate[i, k] = lanes.u_rate[k, lane]
         for k in range(3):
-            states.pose_rate[i, k] = lanes.work[k, lane]
+            states.pose_rate[i, k] = lanes.pose_rate[k, lane]
         for column in range(rows.COLUMNS):
             states.row[i, column] = measured[column, lane]
 

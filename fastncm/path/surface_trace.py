@@ -15,7 +15,7 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.path import surface_rows as rows
-from fastncm.path.slip import anchor, choose_senses, regrip
+from fastncm.path.surface_slip import anchor, choose_senses, regrip
 from fastncm.sqp import status
 from fastncm.sqp.surface import ROUNDING, SurfaceWork, make_surface_work, solve_surface
 

@@ -7,9 +7,11 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis, mode_count
-from fastncm.path import newton, rows
+from fastncm.path import newton, rows, stick
 from fastncm.path.lanes import make_lanes
+from fastncm.path.slip import slip
 from fastncm.path.touch import locate_touch, undeformed_gap
 from fastncm.path.walk import forget, make_walk, predict, remember
 from fastncm.sqp import status
@@ -19,32 +21,44 @@ from fastncm.sqp import status
 LONGEST_MOVE = 0.05
 #: Newton steps in the lanes before a position is left over for the SQP.
 NEWTON_STEPS = 8
-#: Most events kept per design: touch and release, and up to three feature changes of two rows each.
+#: Most events kept per design on the way in, and again on each way after the target turns back:
+#: touch and release, and up to three feature changes of two rows each.
 EVENTS = 8
+
+#: What is said of the end of a branch of equilibria with friction: the row that failed first,
+#: beyond it; the target's position at the end; the friction up to which the finger slides at that
+#: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
+#: zero where no branch ends.
+END_ROW, END_POSITION, END_MU, END_ENERGY = range(4)
+ENDS = 4
 
 
 class Trace(NamedTuple):
     """Solved paths, dimensionless.
 
-    rows: (D, N + EVENTS, rows.COLUMNS): the N positions, then the located events in the order of
-    the path (unused ones have the KIND 0). shapes: (D, N + EVENTS, m) unknowns. multipliers: (D, N,
-    K) contact forces by constraint. solves: (1,) shapes solved, those of events and of steps in
-    between included.
+    rows: (D, N + E, rows.COLUMNS): the N positions, then up to E located events in the order of the
+    path (unused ones have the KIND 0). shapes: (D, N + E, m) unknowns. multipliers: (D, N,
+    K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends
+    (`path.limit`). solves: (1,) shapes solved, those of events and of steps in between included.
     """
 
     rows: np.ndarray
     shapes: np.ndarray
     multipliers: np.ndarray
+    ends: np.ndarray
     solves: np.ndarray
 
 
-def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Trace:
+def make_trace(
+    designs: int, positions: int, modes: int, constraints: int, events: int = EVENTS
+) -> Trace:
     """Room for the results of a problem."""
-    count = positions + EVENTS
+    count = positions + events
     return Trace(
         np.zeros((designs, count, rows.COLUMNS)),
         np.zeros((designs, count, modes)),
         np.zeros((designs, positions, constraints)),
+        np.zeros((designs, ENDS)),
         np.zeros(1, np.int64),
     )
 
@@ -53,7 +67,11 @@ def make_trace(designs: int, positions: int, modes: int, constraints: int) -> Tr
 def begin_block(problem, first, lanes):
     """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
     designs = problem.positions.shape[0]
+    lanes.rubs[0] = False
     for lane in range(LANES):
+        lanes.mu[lane] = problem.mu[first + lane] if first + lane < designs else 0.0
+        lanes.rubs[0] = lanes.rubs[0] or lanes.mu[lane] > 0.0
+        lanes.rub[lane], lanes.side[lane] = 0.0, 0.0
         lanes.design[lane] = first + lane if first + lane < designs else -1
         lanes.active[lane] = False
         if first + lane < designs:
@@ -61,15 +79,15 @@ def begin_block(problem, first, lanes):
 
 
 @inner
-def begin_position(problem, i, lanes, walk, start, moves, trace):
+def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
     An overlap within rounding (a path that starts at first touch) is no contact yet.
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place
-    of first touch (for the first position: of a target that comes from beyond the tip). start:
-    (LANES,), moves: (LANES,) int64, overwritten: from where, and in how many moves (0: no contact).
-    Returns the most moves.
+    of first touch (for the first position: of a target that comes from beyond the tip), in moves of
+    at most `longest`. start: (LANES,), moves: (LANES,) int64, overwritten: from where, and in how
+    many moves (0: no contact). Returns the most moves.
     """
     most = 0
     for lane in range(LANES):
@@ -88,14 +106,22 @@ def begin_position(problem, i, lanes, walk, start, moves, trace):
             row[rows.TIP_X] = 1.0
             row[rows.FEATURE] = c.VOID
             continue
+        if walk.lost[lane]:
+            continue
         if walk.feature[lane] == c.VOID:
             free, reach = problem.positions[d, i - 1] if i > 0 else t, LONGEST_MOVE
             while undeformed_gap(problem, d, free) < 0.0 and reach < 64.0:
                 free += reach
                 reach *= 1.5
             walk.t[lane] = locate_touch(problem, d, free, t)
+            if lanes.mu[lane] > 0.0:
+                stick.begin_contact(problem, lanes, walk, lane)
+                sense = np.sign(t - walk.t[lane])
+                walk.lost[lane] = stick.locks_at_touch(problem, lanes, walk, lane, sense)
+                if walk.lost[lane]:
+                    continue
         start[lane] = walk.t[lane]
-        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / LONGEST_MOVE)))
+        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / longest)))
         most = max(most, moves[lane])
     return most
 
@@ -132,12 +158,47 @@ def store(i, lanes, measured, trace):
             trace.shapes[d, i, k] = lanes.u[k, lane]
 
 
+@inner
+def _snap_back(problem, lanes, walk, tolerance):
+    """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
+    from being free: there the finger has lost its hold and has snapped back behind the target."""
+    any_snaps = False
+    for lane in range(LANES):
+        walk.busy[lane] = lanes.active[lane]
+        lanes.active[lane] = lanes.active[lane] and not lanes.good[lane]
+        if not lanes.active[lane]:
+            continue
+        d, t = lanes.design[lane], lanes.t[lane]
+        gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
+        feature = gap[c.FEATURE]
+        far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
+        lanes.active[lane] = far
+        if far:
+            any_snaps = True
+            for k in range(lanes.u.shape[0]):
+                lanes.u[k, lane] = 0.0
+            dragged = (gap[c.GY] <= 0.0) == (t > walk.t[lane])
+            lanes.side[lane] = lanes.mu[lane] if dragged else -lanes.mu[lane]
+            lanes.sticks[lane] = False
+            lanes.force[lane], lanes.rub[lane] = 0.0, 0.0
+    if any_snaps:
+        newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
+        for lane in range(LANES):
+            if lanes.active[lane] and lanes.rubs[0]:
+                lanes.slipped[lane] = slip(problem, lanes, lane)
+    for lane in range(LANES):
+        lanes.active[lane] = walk.busy[lane]
+
+
 @driver
-def trace_lanes(problem, tolerance, trace):
+def trace_lanes(problem, tolerance, longest, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
-    tolerance: of the KKT residual. trace: `Trace`, zeros on entry. A position that Newton's method
-    does not solve is left with the status MAX_ITERATIONS, for the SQP (`path.careful`) to try.
+    tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
+    `Trace`, zeros on entry. A position that Newton's method does not solve is left with the status
+    MAX_ITERATIONS: for the SQP (`path.careful`) to try, or, with friction, for shorter moves. With
+    friction nothing is tried beyond it before contact is lost and begins again: it would be another
+    branch of equilibria than that from first touch.
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
@@ -149,25 +210,35 @@ def trace_lanes(problem, tolerance, trace):
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            most = begin_position(problem, i, lanes, walk, start, moves, trace)
+            most = begin_position(problem, i, longest, lanes, walk, start, moves, trace)
             for move in range(1, most + 1):
                 set_target(problem, i, most - move, lanes, start, moves)
                 predict(lanes, walk)
+                if lanes.rubs[0]:
+                    stick.assume(lanes, walk)
                 newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
+                if lanes.rubs[0]:
+                    stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
+                _snap_back(problem, lanes, walk, tolerance)
                 newton.rates(lanes)
+                if lanes.rubs[0]:
+                    stick.keep(lanes, walk)
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-            if most == 0:
-                continue
-            rows.measure(problem, lanes, measuring)
-            store(i, lanes, measuring.row, trace)
+                for lane in range(LANES):
+                    if lanes.active[lane] and walk.lost[lane]:
+                        moves[lane] = 0
+            if most > 0:
+                rows.measure(problem, lanes, measuring)
+                store(i, lanes, measuring.row, trace)
             for lane in range(LANES):
+                d = lanes.design[lane]
                 if lanes.active[lane] and lanes.good[lane]:
-                    trace.multipliers[lanes.design[lane], i, 0] = lanes.force[lane]
-                elif lanes.active[lane]:
-                    row = trace.rows[lanes.design[lane], i]
-                    row[rows.POSITION] = lanes.t[lane]
+                    trace.multipliers[d, i, 0] = lanes.force[lane]
+                elif lanes.active[lane] or walk.lost[lane]:
+                    row = trace.rows[d, i]
+                    row[rows.POSITION] = problem.positions[d, i]
                     row[rows.STATUS] = status.MAX_ITERATIONS
                     row[rows.RESIDUAL] = lanes.residual[lane]
                     row[rows.ITERATIONS] = lanes.iterations[lane]

@@ -15,7 +15,10 @@ class Walk(NamedTuple):
 
     t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
     likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
-    contact feature (0, 1, 2); feature: (LANES,); w0, w1, r0, r1: (LANES,) workspace.
+    contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
+    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
+    lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy:
+    (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
     """
 
     t: np.ndarray
@@ -30,6 +33,13 @@ class Walk(NamedTuple):
     force_rate_before: np.ndarray
     points: np.ndarray
     feature: np.ndarray
+    slip: np.ndarray
+    side: np.ndarray
+    sticks: np.ndarray
+    rub: np.ndarray
+    sense: np.ndarray
+    lost: np.ndarray
+    busy: np.ndarray
     w0: np.ndarray
     w1: np.ndarray
     r0: np.ndarray
@@ -54,6 +64,13 @@ def make_walk(modes):
         np.full(LANES, c.VOID),
         np.zeros(LANES),
         np.zeros(LANES),
+        np.zeros(LANES, np.bool_),
+        np.zeros(LANES),
+        np.zeros(LANES),
+        np.zeros(LANES, np.bool_),
+        np.zeros(LANES, np.bool_),
+        np.zeros(LANES),
+        np.zeros(LANES),
         np.zeros(LANES),
         np.zeros(LANES),
     )
@@ -61,8 +78,8 @@ def make_walk(modes):
 
 @inner
 def predict(lanes, walk):
-    """Shape and force at ``lanes.t``: cubic through the last two positions and their rates, along
-    the tangent from one, and the last shape itself where there is no rate."""
+    """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
+    their rates, along the tangent from one, and the last shape itself where there is no rate."""
     modes = lanes.u.shape[0]
     w0, w1, r0, r1 = walk.w0, walk.w1, walk.r0, walk.r1
     for lane in range(LANES):
@@ -80,27 +97,29 @@ def predict(lanes, walk):
             r1[lane] = h * z * z * (z - 1.0)
     for k in range(modes):
         for lane in range(LANES):
-            lanes.u[k, lane] = (
+            ahead = (
                 w0[lane] * walk.u_before[k, lane]
                 + w1[lane] * walk.u[k, lane]
                 + r0[lane] * walk.u_rate_before[k, lane]
                 + r1[lane] * walk.u_rate[k, lane]
             )
+            lanes.u[k, lane] = ahead if lanes.active[lane] else lanes.u[k, lane]
     for lane in range(LANES):
-        lanes.force[lane] = (
+        ahead = (
             w0[lane] * walk.force_before[lane]
             + w1[lane] * walk.force[lane]
             + r0[lane] * walk.force_rate_before[lane]
             + r1[lane] * walk.force_rate[lane]
         )
+        lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
 
 @inner
 def remember(lanes, walk):
-    """Store the solved positions of the good lanes; a new feature starts the predictor afresh."""
+    """Store the solved positions of the active lanes; a new feature starts the predictor afresh."""
     modes = lanes.u.shape[0]
     for lane in range(LANES):
-        if not lanes.good[lane]:
+        if not (lanes.active[lane] and lanes.good[lane]):
             continue
         feature = int(lanes.gap[c.FEATURE, lane])
         if feature == rows.SEVERAL:
@@ -116,7 +135,7 @@ def remember(lanes, walk):
         walk.force_rate[lane] = lanes.force_rate[lane]
     for k in range(modes):
         for lane in range(LANES):
-            if lanes.good[lane]:
+            if lanes.active[lane] and lanes.good[lane]:
                 walk.u_before[k, lane] = walk.u[k, lane]
                 walk.u_rate_before[k, lane] = walk.u_rate[k, lane]
                 walk.u[k, lane] = lanes.u[k, lane]
@@ -128,6 +147,7 @@ def forget(walk, lane, t):
     """Back to the undeformed finger with the target at `t`."""
     walk.t[lane] = t
     walk.points[lane] = 0
+    walk.lost[lane] = False
     walk.feature[lane] = c.VOID
     walk.force[lane] = 0.0
     walk.u[:, lane] = 0.0

@@ -59,6 +59,7 @@ class Jaw:
     b: Point  # m
     radius: float | None = None  # m, of an arc
     convex: bool = True  # an arc bulges towards the target
+    return_angle: float = math.pi / 2  # rad, of the face from a down to the finger, which is behind
 
     @property
     def height(self) -> float:
@@ -81,8 +82,9 @@ class Target:
     """A rigid target, moved along the path.
 
     Circles and ellipses have their centre at the target's reference point. A block has its sharp
-    corner there and takes up all to the right of and above it: a vertical left face, a horizontal
-    underside. A polygon's corners are given from there. A half-plane's surface passes through it.
+    corner there and takes up all above it and to the right, as far as its length: a vertical left
+    face, a horizontal underside, and a vertical back where it is not endless. A polygon's corners
+    are given from there. A half-plane's surface passes through it.
     """
 
     shape: str  # "circle" or "block"; direct contact: "circle", "ellipse", "polygon", "half-plane"
@@ -92,6 +94,7 @@ class Target:
     # outward normal against +y
     tilt: float = 0.0
     vertices: Points | None = None  # m, of a convex polygon, counter-clockwise
+    length: float | str = "endless"  # m, of a block's underside
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ class Path:
     angle: float = 0.0  # rad, direction of the base in a translation
     x: float | None = None  # m, of the target's reference point at phi = pi/2
     speed_ratio: float = 0.0  # m/rad
+    withdraw: bool = False  # after stop the same way back to start
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,7 @@ class Friction:
     """Coulomb friction between jaw and target."""
 
     mu: float = 0.0
-    model: str = "recovered"  # (14)-(17): the frictionless shape, the force turned
+    model: str = "equilibrium"  # or "recovered", (14)-(17): the frictionless shape, force turned
 
 
 @dataclass(frozen=True)

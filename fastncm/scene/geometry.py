@@ -1,4 +1,5 @@
-"""Rules between several values of a case: the jaw's end points, its arc, the path's ends.
+"""Rules between several values of a case: the jaw's end points, its arc, the path's ends, what
+friction can be solved with.
 
 `values` maps the keys of names.py to arrays over the cases, each (C,) or (1,); `options` the
 dotted names to their values.
@@ -101,6 +102,22 @@ def check_path(values: Values, options: Mapping[str, object], rows: IntArray) ->
         "different from path.start",
         rows,
     )
+
+
+def check_friction(options: Mapping[str, object], values: Values, rows: IntArray) -> None:
+    """Friction in equilibrium has no energy that a jaw's point forms or BFGS could minimise."""
+    if options["jaw.shape"] == "none":
+        return
+    plain = options["solver.contact"] == "closest" and options["solver.hessian"] == "exact"
+    if options["friction.model"] == "equilibrium" and not plain:
+        _require(
+            values["mu"] == 0.0,
+            "friction.mu",
+            values["mu"],
+            "0 where solver.contact is not 'closest' or solver.hessian is not 'exact'; "
+            "friction.model = 'recovered' takes friction there, too",
+            rows,
+        )
 
 
 def _require(

@@ -49,6 +49,7 @@ ARC = ("jaw.shape", "arc")
 TRANSLATION = ("path.kind", "translation")
 ROTATION = ("path.kind", "rotation")
 CIRCLE = ("target.shape", "circle")
+BLOCK = ("target.shape", "block")
 ACUTE = Interval(-math.pi / 2, math.pi / 2, open_low=True, open_high=True)
 NOT_YET = "is known but not available yet"
 
@@ -94,6 +95,14 @@ QUANTITIES = (
         "jaw.b", "second end of the jaw, undeformed", "m", ("b_x", "b_y"), scalar=False, owner=JAW
     ),
     Quantity("jaw.radius", "radius of the arc", "m", ("jaw_radius",), POSITIVE, owner=ARC),
+    Quantity(
+        "jaw.return_angle",
+        "of the return face, from a down to the finger, against its axis",
+        "rad",
+        ("return_angle",),
+        Interval(0.0, math.pi, open_low=True, open_high=True),
+        owner=JAW,
+    ),
     Quantity("target.radius", "radius", "m", ("target_radius",), POSITIVE, owner=CIRCLE),
     Quantity(
         "target.semi_axes",
@@ -110,6 +119,15 @@ QUANTITIES = (
         "rad",
         ("tilt",),
         owner=("target.shape", "ellipse", "half-plane"),
+    ),
+    Quantity(
+        "target.length",
+        "of the block's underside, or 'endless'",
+        "m",
+        ("target_length",),
+        POSITIVE,
+        blank="endless",
+        owner=BLOCK,
     ),
     Quantity("path.start", "first position, or 'touch'", "m", ("start",), blank="touch"),
     Quantity("path.stop", "last position", "m", ("stop",)),
@@ -160,10 +178,11 @@ OPTIONS = (
     ),
     Option("path.kind", "what moves", Word(("translation", "rotation")), owner=DIRECT),
     Option("path.steps", "number of positions", Whole(2)),
+    Option("path.withdraw", "after stop the same way back to start", Switch()),
     Option(
         "friction.model",
         "how friction acts",
-        Word(("recovered",), {"equilibrium": f"'equilibrium' {NOT_YET}"}),
+        Word(("equilibrium", "recovered")),
     ),
     Option("model.shear", "the finger shears", Switch()),
     Option("model.section", "what turns the section", Word(("psi", "psi+gamma"))),

@@ -17,7 +17,14 @@ from fastncm.scene.columns import (
     option_values,
     quantity_arrays,
 )
-from fastncm.scene.geometry import Values, check_jaw, check_path, check_profile, move_jaw
+from fastncm.scene.geometry import (
+    Values,
+    check_friction,
+    check_jaw,
+    check_path,
+    check_profile,
+    move_jaw,
+)
 from fastncm.scene.kinds import Word
 from fastncm.scene.names import (
     DIRECT,
@@ -71,6 +78,7 @@ def resolve(base: Mapping[str, object], columns: Mapping[str, object]) -> list[G
             check_jaw(values, rows)
         check_profile(values, options, rows)
         check_path(values, options, rows)
+        check_friction(options, values, rows)
         groups.append(Group(options, rows, values))
     return groups
 

@@ -35,9 +35,10 @@ def tabulate(
     `columns`: dotted name to C entries; without columns there is one case, the scene itself.
     `values` holds, in m, Pa, rad and 1, and NaN where a case has no such value: length,
     thickness_clamp, thickness_tip (the ends of a profile), width, young, poisson, shear_modulus,
-    mu; of a jaw a_x, a_y, b_x, b_y, jaw_radius; of the target target_radius, semi_x, semi_y, tilt;
-    of the path start (NaN for "touch"), stop, y; of direct contact offset, path_angle, path_x,
-    speed_ratio. Raises SceneError naming name, value and case.
+    mu; of a jaw a_x, a_y, b_x, b_y, jaw_radius, return_angle; of the target target_radius,
+    target_length (NaN: endless), semi_x, semi_y, tilt; of the path start (NaN for "touch"), stop,
+    y; of direct contact offset, path_angle, path_x, speed_ratio. Raises SceneError naming name,
+    value and case.
     """
     groups = resolve(DEFAULTS | scene.flat(), columns)
     return [

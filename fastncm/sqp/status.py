@@ -30,3 +30,22 @@ ADVICE = (
     "The paper's friction rule (14)-(17) has one moment equation and needs a single contact point; "
     "here several points touch: use friction.model = 'equilibrium'.",
 )
+
+
+def end_of_branch(position: float, mu: float, energy: float) -> str:
+    """Advice for NO_EQUILIBRIUM on a path with friction: the target's position (m) where the branch
+    of equilibria ends, the critical friction (NaN: unknown), and the energy (J) that a snap
+    releases there (NaN: there is no snap)."""
+    if energy == energy:
+        said = (
+            f"The path passes a limit point at {position:.9g} m: the finger snaps from there and "
+            f"releases {energy:.4g} J; what follows is not on the branch from first touch."
+        )
+    else:
+        said = (
+            f"There is no sliding equilibrium beyond {position:.9g} m: friction locks "
+            "(friction.mu is too high for this geometry)."
+        )
+    if mu == mu:
+        said += f" The finger slides on to the next position with friction.mu up to {mu:.7f}."
+    return said

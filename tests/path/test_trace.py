@@ -13,7 +13,7 @@ from fastncm.lowering import lower
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints
 from fastncm.path.events import locate_events
-from fastncm.path.trace import make_trace, trace_lanes
+from fastncm.path.trace import LONGEST_MOVE, make_trace, trace_lanes
 from fastncm.scene import load_scene, tabulate
 from fastncm.sqp import status
 
@@ -273,7 +273,7 @@ def test_each_design_is_solved_alone() -> None:
     for designs in (np.arange(LANES + 3), np.array([LANES + 1]), np.array([3, 0])):
         problem = lowered.problem(6, designs)
         trace = make_trace(len(designs), problem.positions.shape[1], 6, 1)
-        trace_lanes(problem, LANE_TOLERANCE, trace)
+        trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
         locate_events(problem, LANE_TOLERANCE, trace)
         if everything is None:
             everything = trace.rows
@@ -305,7 +305,7 @@ def test_no_change_of_feature_goes_without_its_event(scene: str) -> None:
         (group,) = tabulate(base.replace({"path.steps": steps}), columns)
         problem = lower(group).problem(6, np.arange(count))
         trace = make_trace(count, steps, 6, most_constraints(problem))
-        trace_lanes(problem, LANE_TOLERANCE, trace)
+        trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
         locate_events(problem, LANE_TOLERANCE, trace)
         at_positions = trace.rows[:, :steps]
         solved &= (at_positions[:, 1:, rows.STATUS] == status.CONVERGED).all(axis=1)

@@ -106,8 +106,7 @@ def test_path_start_is_a_number_or_touch(value):
         ("model.shear", 1, "true or false"),
         ("jaw.shape", "line", "'segment' or 'arc'"),
         ("target.shape", "ellipse", "'circle' or 'block'"),
-        ("friction.model", "coulomb", "'recovered'$"),
-        ("friction.model", "equilibrium", "known but not available yet"),
+        ("friction.model", "coulomb", "'equilibrium' or 'recovered'$"),
     ],
 )
 def test_options_say_what_they_may_be(name, value, why):
@@ -161,3 +160,14 @@ def test_errors_survive_the_way_from_another_process():
     error = pickle.loads(pickle.dumps(SceneError("finger.length is missing", name="finger.length")))
     assert isinstance(error, FastNcmError)
     assert (str(error), error.name) == ("finger.length is missing", "finger.length")
+
+
+@pytest.mark.parametrize(
+    "changes", [{"solver.contact": "points-on-finger"}, {"solver.hessian": "bfgs"}]
+)
+def test_what_solves_without_friction_only(changes):
+    """The point forms and BFGS minimise an energy, and friction in equilibrium has none."""
+    with pytest.raises(SceneError, match=r"friction\.mu = 0\.2: must be 0 .*'recovered'"):
+        CIRCLE.replace({**changes, "friction.mu": 0.2})
+    assert CIRCLE.replace(changes).friction.mu == 0.0
+    assert CIRCLE.replace({**changes, "friction.mu": 0.2, "friction.model": "recovered"})

@@ -56,7 +56,7 @@ def test_the_table_has_one_row_per_case_in_order(finished):
         assert frame[name].tolist() == values.tolist()
     assert set(frame["status"]) <= set(GOOD_STATUS)
     assert finished.failed == 0
-    assert finished.shape_paths == 5
+    assert finished.shape_paths == 10  # jaws x friction
     names = "case_id status peak_force_N peak_position max_strain insertion_work_J error_estimate"
     assert set(f"{names} positions iterations".split()) <= set(frame)
 

@@ -1,0 +1,195 @@
+"""Where the branch of equilibria with friction ends, and why.
+
+Two things end it. Friction locks: the finger does not slide from first touch on. Or the path passes
+a limit point: the branch turns back, and the finger snaps to another equilibrium. Both are told by
+the determinant (`path.tip`), which is positive on the branch from first touch. The end is found by
+following the branch in ever smaller moves of the target; the critical friction, up to which the
+first failed row is reached, by bisection; and the equilibrium behind a snap by following the
+frictionless one, at that row, into friction. All failed designs are done at once.
+"""
+
+import numpy as np
+
+from fastncm.kernels.problem import Problem, mode_count
+from fastncm.path import rows
+from fastncm.path.states import States, locate_touches, make_states, solve_states
+from fastncm.path.trace import (
+    END_ENERGY,
+    END_MU,
+    END_POSITION,
+    END_ROW,
+    LONGEST_MOVE,
+    Trace,
+    make_trace,
+    trace_lanes,
+)
+from fastncm.sqp import status
+
+Array = np.ndarray
+
+#: First step and shortest step, in mu and (in finger lengths) in the target's position.
+_FIRST_MU, _SHORTEST_MU = 0.05, 1e-4
+_FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
+#: Bisections of the critical friction (to 1e-8 of it), and the longest move on a path that tests
+#: it.
+_HALVINGS = 27
+_TEST_MOVE = 5e-4
+#: A step that failed is repeated with this share; one that did not is followed by a longer one.
+_SHORTER, _LONGER = 0.25, 1.5
+#: Beyond any path: from there a target is free.
+_FAR = 64.0
+
+
+def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
+    """Give the failed rows of a solved trace with friction the status NO_EQUILIBRIUM, and say in
+    ``trace.ends`` where their branch ended and why."""
+    positions = problem.positions.shape[1]
+    failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
+    d = np.flatnonzero(failed.any(axis=1))
+    if not len(d):
+        return
+    row = failed[d].argmax(axis=1)
+    start = _start(problem, trace, d, row)
+    stop, mu = problem.positions[d, row], problem.mu[d]
+    beyond, friction = _follow_friction(problem, tolerance, d, row, np.sign(stop - start))
+    side = np.copysign(mu, beyond.side)
+    limit = _last_states(trace, d, row, start, side)
+    reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
+    # the state that the finger snaps to, with the target back at the limit point
+    back = _some(beyond, np.arange(len(d)))
+    back.t[:] = reached
+    solve_states(problem, tolerance, back)
+    released = limit.row[:, rows.ENERGY] - back.row[:, rows.ENERGY]
+    snaps = (friction >= mu) & back.good & (reached != start) & (released > 0.0)
+    trace.ends[d, END_ROW] = row
+    trace.ends[d, END_POSITION] = reached
+    critical = _critical_friction(problem, tolerance, d, row)
+    at_touch = _locks_at_touch(problem, tolerance, d, start, side, trace.shapes.shape[2])
+    trace.ends[d, END_MU] = np.where(at_touch <= mu, at_touch, critical)
+    trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
+    trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
+
+
+def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:
+    """The target's position (S,) at the last state before the failed rows: a row, or first
+    touch."""
+    before = np.maximum(row - 1, 0)
+    start = problem.positions[d, before]
+    free = trace.rows[d, before, rows.STATUS] != status.CONVERGED
+    touching = problem.positions[d, row]
+    clear = np.where(row > 0, start, touching + _FAR)
+    touch = np.empty(len(d))
+    locate_touches(problem, d, clear, touching, touch)
+    return np.where(free, touch, start)
+
+
+def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) -> States:
+    """The states before the failed rows, sliding."""
+    before = np.maximum(row - 1, 0)
+    states = make_states(d, start, np.full(len(d), -1), trace.shapes.shape[2])
+    loaded = trace.rows[d, before, rows.STATUS] == status.CONVERGED
+    states.u[loaded] = trace.shapes[d, before][loaded]
+    states.force[loaded] = trace.rows[d, before, rows.FORCE][loaded]
+    states.row[loaded] = trace.rows[d, before][loaded]
+    states.side[:] = side
+    return states
+
+
+def _locks_at_touch(
+    problem: Problem, tolerance: float, d: Array, touch: Array, side: Array, modes: int
+) -> Array:
+    """Friction (S,) at which the undeformed finger would no longer give way to a target at `touch`.
+
+    The rate of the force there is ``a_x / (a C b)``, and ``a C b`` is linear in the friction.
+    """
+    rate = []
+    for trial in (np.zeros(len(d)), np.copysign(_FIRST_MU, side)):
+        states = make_states(d, touch, np.full(len(d), -1), modes)
+        states.side[:] = trial
+        solve_states(problem, tolerance, states)
+        rate.append(states.row[:, rows.FORCE_RATE])
+    fall = 1.0 - rate[0] / rate[1]
+    return np.where(fall > 0.0, _FIRST_MU / fall, np.inf)
+
+
+def _critical_friction(problem: Problem, tolerance: float, d: Array, row: Array) -> Array:
+    """Friction (S,) up to which the branch from first touch reaches the failed rows (NaN: none)."""
+    count = int(row.max()) + 1
+    some = problem._replace(
+        profile_of=problem.profile_of[d],
+        ratio=problem.ratio[d],
+        shear_stiffness=problem.shear_stiffness[d],
+        jaw=problem.jaw[d],
+        target=problem.target[d],
+        positions=np.ascontiguousarray(problem.positions[d, :count]),
+    )
+    low, high = np.zeros(len(d)), problem.mu[d].copy()
+    reached = np.zeros(len(d), dtype=bool)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        trace = make_trace(len(d), count, mode_count(problem), 1)
+        trace_lanes(some._replace(mu=middle), tolerance, _TEST_MOVE, trace)
+        through = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
+        low, high = np.where(through, middle, low), np.where(through, high, middle)
+        reached |= through
+    return np.where(reached, low, np.nan)
+
+
+def _follow_friction(
+    problem: Problem, tolerance: float, d: Array, row: Array, sense: Array
+) -> tuple[States, Array]:
+    """The states at the failed rows with as much friction, at most mu, as the branch from the
+    frictionless shape bears; and how much that is (NaN: there is no frictionless shape)."""
+    smooth = problem._replace(mu=np.zeros_like(problem.mu))
+    positions, modes = problem.positions.shape[1], mode_count(problem)
+    trace = make_trace(len(problem.mu), positions, modes, 1)
+    trace_lanes(smooth, tolerance, LONGEST_MOVE, trace)
+    states = make_states(d, problem.positions[d, row], np.full(len(d), -1), modes)
+    states.u[:] = trace.shapes[d, row]
+    states.force[:] = trace.rows[d, row, rows.FORCE]
+    states.row[:] = trace.rows[d, row]
+    mu = problem.mu[d]
+    # the friction drags the finger along with the target
+    signed = np.where(-states.row[:, rows.NORMAL_Y] * sense >= 0.0, mu, -mu)
+    solved = trace.rows[d, row, rows.STATUS] == status.CONVERGED
+    reached = _follow(
+        problem, tolerance, states, states.side, 0.0 * mu, signed, _FIRST_MU, _SHORTEST_MU
+    )
+    states.side[:] = np.copysign(states.side, signed)
+    return states, np.where(solved, np.abs(reached), np.nan)
+
+
+def _follow(
+    problem: Problem,
+    tolerance: float,
+    states: States,
+    parameter: Array,
+    start: Array,
+    stop: Array,
+    first: float,
+    shortest: float,
+) -> Array:
+    """Lead `states` from `start` to `stop` (S,) of `parameter`, one of their fields, as far as each
+    gets; returns how far. The states are left as the last ones that were solved."""
+    index = next(i for i, field in enumerate(states) if field is parameter)
+    parameter[:] = start
+    step = np.full(len(start), first)
+    pending = np.arange(len(start))
+    while len(pending):
+        way = stop[pending] - parameter[pending]
+        move = np.copysign(np.minimum(step[pending], np.abs(way)), way)
+        trial = _some(states, pending)
+        trial[index][:] += move
+        solve_states(problem, tolerance, trial)
+        good, done = trial.good, np.abs(way) <= step[pending]
+        for mine, new in zip(states, trial, strict=True):
+            mine[pending[good]] = new[good]
+        parameter[pending[good & done]] = stop[pending[good & done]]
+        step[pending] *= np.where(good, _LONGER, _SHORTER)
+        pending = pending[np.where(good, ~done, step[pending] > shortest)]
+    return parameter.copy()
+
+
+def _some(states: States, chosen: Array) -> States:
+    """A copy of the chosen states."""
+    return States(*(field[chosen] for field in states))

@@ -1,0 +1,82 @@
+"""Stick and slip of fingers in direct contact: which contacts slide, which way, and which hold.
+
+A contact slides in the sense in which the target's surface moves along the finger there, and pulls
+the finger with it, or it sticks to the target's point where it is. Which it does is found in
+rounds: a contact that would have to slide backwards sticks, one that holds by more than ``mu
+lambda`` slides.
+"""
+
+from fastncm.kernels.cache import inlined, inner
+from fastncm.path.surface_rows import velocity
+
+#: Rounds after which contacts are only let go, so that the rounds end.
+_BOTH_WAYS = 10
+#: Slip (finger lengths) and excess of friction that are rounding.
+_SLIP_ROUNDING, _CONE_ROUNDING = 1e-13, 1e-10
+
+
+@inlined
+def _slip(state, kept, motion, x, y, k):
+    """How far the target has moved along the finger at point `k` since the last solved state, in
+    the sense of t."""
+    if k > state.first.shape[0]:  # a point of the target
+        j = state.node[k]
+        across = state.section_sin[j] * state.nx[k] - state.section_cos[j] * state.ny[k]
+        return (state.seen_x[k] - kept.seen_x[k]) * across
+    vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
+    dx, dy = vx - (state.px[k] - kept.px[k]), vy - (state.py[k] - kept.py[k])
+    return dy * state.nx[k] - dx * state.ny[k]
+
+
+@inner
+def choose_senses(state, motion, x, y):
+    """A first guess for points that do not touch yet: the target moves, the finger stands."""
+    for k in range(state.force.shape[0]):
+        if state.force[k] == 0.0:
+            state.stuck[k], state.shear[k] = False, 0.0
+            vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
+            slip = vy * state.nx[k] - vx * state.ny[k]
+            state.along[k] = 1.0 if slip > 0.0 else (-1.0 if slip < 0.0 else 0.0)
+
+
+@inner
+def regrip(state, kept, motion, x, y, mu, turn):
+    """Change contacts of a solved state between stick and slip where their law is broken; turn:
+    the number of the round.
+
+    Returns how many have changed.
+    """
+    changed = 0
+    for k in range(state.force.shape[0]):
+        if state.force[k] <= 0.0:
+            continue
+        if state.stuck[k]:
+            if abs(state.shear[k]) > mu * state.force[k] * (1.0 + _CONE_ROUNDING):
+                state.stuck[k] = False
+                state.along[k] = 1.0 if state.shear[k] > 0.0 else -1.0
+                state.shear[k] = 0.0
+                changed += 1
+            continue
+        slip = _slip(state, kept, motion, x, y, k)
+        if slip * state.along[k] > -_SLIP_ROUNDING and state.along[k] != 0.0:
+            continue
+        changed += 1
+        if state.along[k] == 0.0:
+            state.along[k] = 1.0 if slip > 0.0 else -1.0
+        elif turn < _BOTH_WAYS and kept.force[k] > 0.0:
+            state.stuck[k] = True
+            state.shear[k] = mu * state.along[k] * state.force[k]
+            state.anchor_x[k], state.anchor_y[k] = kept.seen_x[k], kept.seen_y[k]
+        elif turn < _BOTH_WAYS:
+            state.along[k] = -state.along[k]
+        else:
+            changed -= 1
+    return changed
+
+
+@inner
+def anchor(state):
+    """Forget what no longer touches."""
+    for k in range(state.force.shape[0]):
+        if state.force[k] <= 0.0:
+            state.stuck[k], state.shear[k] = False, 0.0

@@ -1,0 +1,250 @@
+"""The contact in the space of the tip's pose ``p = (x, y, psi)``, where it acts: three unknowns
+instead of m.
+
+With G the Hessian of the modes under the force as it stands, J = dp/du, W = G^-1 J^T and the
+tip's flexibility C = J W, a wrench f on the tip moves the modes and the tip by
+
+    du = W f - G^-1 u,    dp = C f + p0,    p0 = -J G^-1 u
+
+The wrench of the contact is ``B(p) = lambda a + rub tau``: the normal force lambda with a = dg/dp,
+and the friction force rub with tau that of a unit force along the contact's tangent. Linearised,
+
+    f = lambda a + rub tau + D dp,    D = dB/dp
+
+which is unsymmetric with friction: there is no energy that it belongs to. A sliding contact has
+``rub = side lambda`` and the one condition ``a dp = -g``; one that sticks has also ``tau dp = h``,
+h the slip that has crept in (the slip's derivative is -tau, see `path.slip`). Both are answered by
+the factors of the 3 x 3 matrix ``1 - D C`` and a system of one or two equations.
+
+G is singular at the finger's buckling load, and ``1 - D C`` where a corner slides around a small
+circle, though the contact keeps both stable. So G gets the penalty ``w (a0 J)^T a0 J``, with a0 = a
+where it was factorised, and D gets ``w a0 a0^T - w b a^T`` with b = a + side tau: the first term
+undoes the penalty, and the second one, as ``a dp`` is known, changes nothing but how much of lambda
+is left to the constraint.
+
+The determinant of the whole linear system is the product of those of G, of ``1 - D C`` and of the
+last system. It is positive at first touch and changes its sign at a limit point; without friction
+it is positive at minima (Nocedal & Wright 2006, th. 16.3).
+"""
+
+from fastncm.kernels import constants as c
+from fastncm.kernels import unsymmetric
+from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.constants import LANES
+
+
+@inner
+def prepare(lanes):
+    """Factors for `respond` from the evaluated state and the flexibility of the last factor.
+
+    Overwrites driven (the change of the wrench with a target that moves to +x), change (D), reach
+    (C a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a
+    unit of lambda and of rub), inverse (of the last system) and determinant.
+    """
+    _change(lanes, 0, c.HXX, c.HXY, c.HXP)
+    _change(lanes, 1, c.HXY, c.HYY, c.HYP)
+    _change(lanes, 2, c.HXP, c.HYP, c.HPP)
+    if lanes.rubs[0]:
+        for lane in range(LANES):
+            lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
+    normal = lanes.gap[c.GX : c.GP + 1]
+    for i in range(3):
+        for lane in range(LANES):
+            lanes.pushed[i, lane] = normal[i, lane]
+        if lanes.rubs[0]:
+            for lane in range(LANES):
+                lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
+        for lane in range(LANES):
+            lanes.driven[i, lane] = -lanes.change[i, 0, lane]
+    bend(lanes, normal, lanes.reach)
+    for i in range(3):
+        for j in range(3):
+            for lane in range(LANES):
+                lanes.change[i, j, lane] += lanes.penalty[lane] * (
+                    lanes.leaned[i, lane] * lanes.leaned[j, lane]
+                    - lanes.pushed[i, lane] * normal[j, lane]
+                )
+    for i in range(3):
+        for j in range(3):
+            unit = 1.0 if i == j else 0.0
+            for lane in range(LANES):
+                lanes.small[i, j, lane] = (
+                    unit
+                    - lanes.change[i, 0, lane] * lanes.flexible[0, j, lane]
+                    - lanes.change[i, 1, lane] * lanes.flexible[1, j, lane]
+                    - lanes.change[i, 2, lane] * lanes.flexible[2, j, lane]
+                )
+    unsymmetric.factorise(lanes.small)
+    unsymmetric.solve(lanes.small, lanes.pushed)
+    _dot(lanes.reach, lanes.pushed, lanes.moved)
+    for lane in range(LANES):
+        lanes.inverse[0, 0, lane] = 1.0 / lanes.moved[lane]
+    if lanes.holds[0]:
+        _hold(lanes)
+    for lane in range(LANES):
+        # the pivots are kept as 1 / U: the sign is what counts
+        lanes.determinant[lane] = (
+            (1.0 - 2.0 * (lanes.negative[lane] % 2.0))
+            * lanes.moved[lane]
+            * lanes.small[0, 0, lane]
+            * lanes.small[1, 1, lane]
+            * lanes.small[2, 2, lane]
+        )
+
+
+@inlined
+def _change(lanes, j, hx, hy, hp):
+    """Column j of D: lambda d(a) + rub d(tau), with the row of the gap's Hessian that belongs to
+    it."""
+    gap, force, rub = lanes.gap, lanes.force, lanes.rub
+    for lane in range(LANES):
+        lanes.change[0, j, lane] = force[lane] * gap[hx, lane]
+    for lane in range(LANES):
+        lanes.change[1, j, lane] = force[lane] * gap[hy, lane]
+    for lane in range(LANES):
+        lanes.change[2, j, lane] = force[lane] * gap[hp, lane]
+    if lanes.rubs[0]:
+        # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
+        for lane in range(LANES):
+            lanes.change[0, j, lane] -= rub[lane] * gap[hy, lane]
+        for lane in range(LANES):
+            lanes.change[1, j, lane] += rub[lane] * gap[hx, lane]
+        for lane in range(LANES):
+            lanes.change[2, j, lane] += rub[lane] * (
+                lanes.arm[0, lane] * gap[hx, lane] + lanes.arm[1, lane] * gap[hy, lane]
+            )
+
+
+@inlined
+def bend(lanes, wrench, out):
+    """``out = C wrench``: by how much a wrench (3, LANES) moves the tip."""
+    flexible = lanes.flexible
+    for i in range(3):
+        for lane in range(LANES):
+            out[i, lane] = (
+                flexible[i, 0, lane] * wrench[0, lane]
+                + flexible[i, 1, lane] * wrench[1, lane]
+                + flexible[i, 2, lane] * wrench[2, lane]
+            )
+
+
+@inlined
+def _dot(one, other, out):
+    """Products of vectors (3, LANES), lane by lane."""
+    for lane in range(LANES):
+        out[lane] = (
+            one[0, lane] * other[0, lane]
+            + one[1, lane] * other[1, lane]
+            + one[2, lane] * other[2, lane]
+        )
+
+
+@inlined
+def _hold(lanes):
+    """The second equation of the lanes that stick. ``lanes.moved`` has the first one's coefficient
+    on entry, the determinant on return."""
+    for i in range(3):
+        for lane in range(LANES):
+            lanes.held[i, lane] = lanes.tangent[i, lane]
+    unsymmetric.solve(lanes.small, lanes.held)
+    bend(lanes, lanes.tangent, lanes.slide)
+    _dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
+    _dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
+    _dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
+    for lane in range(LANES):
+        a, b = lanes.moved[lane], lanes.inverse[0, 1, lane]
+        p, q = lanes.inverse[1, 0, lane], lanes.inverse[1, 1, lane]
+        if lanes.sticks[lane]:
+            determinant = a * q - b * p
+            lanes.inverse[0, 0, lane] = q / determinant
+            lanes.inverse[0, 1, lane] = -b / determinant
+            lanes.inverse[1, 0, lane] = -p / determinant
+            lanes.inverse[1, 1, lane] = a / determinant
+            lanes.moved[lane] = determinant
+        else:
+            lanes.inverse[0, 1, lane] = 0.0
+            lanes.inverse[1, 0, lane] = 0.0
+            lanes.inverse[1, 1, lane] = 0.0
+
+
+@inner
+def respond(lanes, lack, crept, force, rub):
+    """What the tip does: the wrench `lanes.answer` (3, LANES), and what it consists of.
+
+    On entry `answer` is the wrench that is there anyway, and ``lanes.shift`` (3, LANES) what moves
+    the tip anyway. lack: (LANES,) by how much the tip shall open the gap; crept: (LANES,) by how
+    much it shall slip back where the contact sticks. force, rub: (LANES,), overwritten.
+    """
+    answer, shift, left = lanes.answer, lanes.shift, lanes.moved
+    unsymmetric.solve(lanes.small, answer)
+    _dot(lanes.gap[c.GX : c.GP + 1], shift, left)
+    _dot(lanes.reach, answer, force)
+    for lane in range(LANES):
+        force[lane] = lack[lane] - left[lane] - force[lane]
+    if lanes.holds[0]:
+        _answer_slip(lanes, crept, force, rub)
+    else:
+        for lane in range(LANES):
+            force[lane] *= lanes.inverse[0, 0, lane]
+        for lane in range(LANES):
+            rub[lane] = 0.0
+    for i in range(3):
+        for lane in range(LANES):
+            answer[i, lane] += force[lane] * lanes.pushed[i, lane]
+    for lane in range(LANES):
+        force[lane] -= lanes.penalty[lane] * lack[lane]
+    if lanes.rubs[0]:
+        for lane in range(LANES):
+            rub[lane] += lanes.side[lane] * force[lane]
+
+
+@inlined
+def _answer_slip(lanes, crept, force, rub):
+    """The last system with the lanes that stick. force: (LANES,), its first right side on entry,
+    lambda on return; rub: (LANES,), overwritten."""
+    rest = lanes.crept
+    _dot(lanes.slide, lanes.answer, rub)
+    _dot(lanes.tangent, lanes.shift, rest)
+    for lane in range(LANES):
+        first, second = force[lane], crept[lane] - rest[lane] - rub[lane]
+        force[lane] = lanes.inverse[0, 0, lane] * first + lanes.inverse[0, 1, lane] * second
+        rub[lane] = lanes.inverse[1, 0, lane] * first + lanes.inverse[1, 1, lane] * second
+    for i in range(3):
+        for lane in range(LANES):
+            if lanes.sticks[lane]:
+                lanes.answer[i, lane] += rub[lane] * lanes.held[i, lane]
+
+
+@inner
+def adjoint(lanes, wrench, kept, moved):
+    """What a lack of equilibrium does to the normal force: ``d lambda = - y . rho`` for a residual
+    ``rho`` of the modes' equations.
+
+    The transposed linear system with the right-hand side of lambda's equation. wrench, kept, moved:
+    (3, LANES), overwritten: the adjoint wrench on the tip; the same with the penalty, so that ``y =
+    W kept`` in the modes; and the pose that belongs to it.
+    """
+    for i in range(3):
+        for lane in range(LANES):
+            moved[i, lane] = lanes.inverse[0, 0, lane] * lanes.reach[i, lane]
+        for lane in range(LANES):
+            kept[i, lane] = lanes.inverse[0, 0, lane] * lanes.gap[c.GX + i, lane]
+        if lanes.holds[0]:
+            for lane in range(LANES):
+                moved[i, lane] += lanes.inverse[0, 1, lane] * lanes.slide[i, lane]
+            for lane in range(LANES):
+                kept[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
+    unsymmetric.solve_transposed(lanes.small, moved)
+    for i in range(3):
+        for lane in range(LANES):
+            kept[i, lane] += (
+                lanes.change[0, i, lane] * moved[0, lane]
+                + lanes.change[1, i, lane] * moved[1, lane]
+                + lanes.change[2, i, lane] * moved[2, lane]
+            )
+    _dot(lanes.leaned, moved, lanes.moved)
+    for i in range(3):
+        for lane in range(LANES):
+            wrench[i, lane] = kept[i, lane] - (
+                lanes.penalty[lane] * lanes.moved[lane] * lanes.leaned[i, lane]
+            )
