@@ -13,6 +13,8 @@ import numpy as np
 from fastncm.kernels import distance
 from fastncm.kernels.nodal import NodalProblem
 from fastncm.lowering import Scale, unique_rows
+from fastncm.path import surface_rows
+from fastncm.path.surface_friction import turn_forces
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.scene import CaseGroup, Scene
 from fastncm.surface_touch import first_touches
@@ -34,13 +36,18 @@ _SHAPES = {
 class LoweredSurface:
     """The different dimensionless problems of a group of cases, and how the cases use them.
 
-    problem: of all D fingers. positions: (D, P), in finger lengths or rad. problem_of: (C,) int64,
+    problem: of all D fingers. positions: (D, P), in finger lengths or rad; sense: (D,) +1 or -1, of
+    the scene's own path; turned: (D,) friction by which the model "recovered" turns the forces;
+    turn: the last position of the way in. problem_of: (C,) int64,
     which finger each case uses; scale: of the cases; mu: (C,).
     """
 
     scene: Scene
     problem: NodalProblem
     positions: Array
+    sense: Array
+    turned: Array
+    turn: int
     problem_of: Array
     scale: Scale
     mu: Array
@@ -90,18 +97,23 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
     ]
     key = np.column_stack([np.broadcast_to(np.nan_to_num(x), length.shape) for x in scaled])
     different, problem_of = unique_rows(key)
-    problem = _problem(scene, different, positions)
+    sense = np.where(different[:, 12] > different[:, 11], 1.0, -1.0)
+    problem = _problem(scene, different, sense, positions)
+    withdraws = scene.path.withdraw and positions is None
     return LoweredSurface(
         scene=scene,
         problem=problem,
         positions=problem.positions,
+        sense=sense,
+        turned=np.ascontiguousarray(different[:, 13]),
+        turn=(scene.path.steps if withdraws else problem.positions.shape[1]) - 1,
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),
         mu=v["mu"],
     )
 
 
-def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalProblem:
+def _problem(scene: Scene, different: Array, sense: Array, positions: Array | None) -> NodalProblem:
     """The problem of the D different fingers, one row of the key of `lower_surface` each."""
     (
         ratio,
@@ -127,7 +139,6 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     half = (0.5 if left else -0.5) * slenderness[:, None] * node
     if scene.model.surface == "axis":
         half = np.zeros_like(half)
-    recovered = scene.friction.model == "recovered"
     turns = scene.path.kind == "rotation"
     if positions is None:
         path = np.linspace(start, stop, scene.path.steps, axis=1)
@@ -140,10 +151,9 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
     base = path if turns else np.broadcast_to(path_angle[:, None], path.shape)
     x = path_x[:, None] + speed[:, None] * (path - 0.5 * np.pi) if turns else path
     placement, motion = _placements(base, x, y, tilt, offset, speed if turns else 1.0, turns)
-    sense = np.where(stop > start, 1.0, -1.0)[:, None] * np.ones_like(path)
+    motion *= sense[:, None, None]
     if positions is None:
-        sense[:, scene.path.steps :] *= -1.0  # on the way back
-    motion *= sense[:, :, None]
+        motion[:, scene.path.steps :] *= -1.0  # on the way back
     return NodalProblem(
         step=np.full(intervals, 1.0 / intervals),
         arc=s,
@@ -161,7 +171,7 @@ def _problem(scene: Scene, different: Array, positions: Array | None) -> NodalPr
         motion=motion,
         base=np.ascontiguousarray(base),
         arm=np.ascontiguousarray(offset),
-        mu=np.zeros(count) if recovered else np.ascontiguousarray(mu),
+        mu=np.ascontiguousarray(mu) if scene.friction.model == "equilibrium" else np.zeros(count),
         left=int(left),
         printed_section=int(scene.model.section == "psi+gamma"),
     )
@@ -175,13 +185,15 @@ def _thickness(scene: Scene, ratio: Array, length: Array, s: Array) -> tuple[Arr
         return 1.0 + taper * s, 1.0 + taper * middle
     at, w = np.array(scene.finger.profile).T
     node = np.array([np.interp(s * one, at, w) for one in length]) / w[0]
-    return node, np.array([np.interp(middle * one, at, w) for one in length]) / w[0]
+    between = np.array([np.interp(middle * one, at, w) for one in length]) / w[0]
+    return node, between
 
 
 def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Array:
     """(D, V, 2): corners of a polygon; ``[[a, b]]`` of an ellipse; nothing of a half-plane."""
     if scene.target.vertices is not None:
-        return np.array(scene.target.vertices)[None] / length[:, None, None]
+        corners: Array = np.array(scene.target.vertices) / length[:, None, None]
+        return corners
     return np.ascontiguousarray(np.column_stack([semi_x, semi_y])[:, None, :])
 
 
@@ -247,6 +259,8 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
         problem = everything._replace(**arrays)
         trace = make_surface_trace(problem, shapes)
         trace_surfaces(problem, tolerance, trace)
+        if lowered.scene.friction.model == "recovered":
+            turn_forces(problem, lowered.turned[chosen], trace.rows)
         yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)
 
 
@@ -284,6 +298,9 @@ def contacts_at(lowered: LoweredSurface, solved: SolvedSurface, d: int, i: int) 
     base = problem.base[design, i]
     x, y = _in_space(base, problem.arm[design] + px, py)
     force_x, force_y = _in_space(base, fx, fy)
+    if len(s) == 1:  # that of the row, which the recovered rule may have turned
+        row = solved.trace.rows[d, i]
+        force_x, force_y = row[[surface_rows.FORCE_X]], row[[surface_rows.FORCE_Y]]
     return {"s": s, "x": x, "y": y, "force_x": force_x, "force_y": force_y}
 
 

@@ -58,8 +58,9 @@ def solve_surface_cases(group: CaseGroup, curves: bool) -> SurfaceCases:
         design[solved.designs] = np.arange(len(solved.designs))
         chosen = np.flatnonzero(design[lowered.problem_of] >= 0)
         own = design[lowered.problem_of[chosen]]
-        path = lowered.positions[solved.designs]
-        summaries = summarise_surfaces(solved.trace.rows, np.sign(path[:, -1] - path[:, 0]))
+        summaries = summarise_surfaces(
+            solved.trace.rows, lowered.sense[solved.designs], lowered.turn
+        )
         summary = Summary(*(values[own] for values in summaries))
         for name, values in surface_case_columns(summary, lowered, chosen).items():
             cases.setdefault(name, np.empty(count, dtype=values.dtype))[chosen] = values

@@ -127,6 +127,11 @@ def surface_case_columns(
         "peak_position": where(summary.peak_position, position_scale(lowered, chosen)),
         "max_strain": where(summary.strain, lowered.scale.strain[chosen]),
         "insertion_work_J": where(summary.work, force * length),
+        "retention_force_N": where(summary.retention_force, force),
+        "withdrawal_work_J": where(summary.withdrawal_work, force * length),
+        "hysteresis_J": where(
+            summary.work + summary.withdrawal_work - summary.stored, force * length
+        ),
         "error_estimate": where(summary.estimate),
         "positions": np.full(len(chosen), lowered.positions.shape[1]),
         "iterations": summary.iterations,

@@ -63,10 +63,8 @@ class SurfaceCurve(Curve):
 
     @cached_property
     def _summary(self) -> Summary:
-        path = self.scene.path
-        forward = isinstance(path.start, float) and path.start < path.stop
-        sense = np.array([1.0 if forward else -1.0])
-        return summarise_surfaces(self._solved.trace.rows, sense)
+        lowered = self._lowered
+        return summarise_surfaces(self._solved.trace.rows, lowered.sense, lowered.turn)
 
     @property
     def status(self) -> str:

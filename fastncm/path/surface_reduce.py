@@ -17,33 +17,48 @@ class Summary(NamedTuple):
 
     peak_force, peak_position: the vertex of the parabola through the row with the largest insertion
     force and its neighbours; that row itself where one of them is missing. work: of the target
-    against the insertion force along the path. status: that of the first row that failed, else
+    against the insertion force on its way in. retention_force: the largest that resists it on the
+    way back, withdrawal_work: against it there, stored: strain energy at the end; NaN where the
+    path does not come back. status: that of the first row that failed, else
     CONVERGED or, where nothing touches, NO_CONTACT.
     """
 
     peak_force: np.ndarray
     peak_position: np.ndarray
     work: np.ndarray
+    retention_force: np.ndarray
+    withdrawal_work: np.ndarray
+    stored: np.ndarray
     strain: np.ndarray
     estimate: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
 
 
-def summarise_surfaces(table: np.ndarray, sense: np.ndarray) -> Summary:
+def summarise_surfaces(table: np.ndarray, sense: np.ndarray, turn: int) -> Summary:
     """Summaries of D paths from their rows (D, P, surface_rows.COLUMNS).
 
     sense: (D,) +1 or -1, in which insertion changes the position; where positions go the other way,
-    the target takes work back.
+    the target takes work back. turn: the last row of the way in.
     """
     state = table[:, :, rows.STATUS].astype(np.int64)
     solved = state <= status.NO_CONTACT
     position = table[:, :, rows.POSITION]
     force = np.where(solved, table[:, :, rows.INSERTION], 0.0)
-    peak_force, peak_position = _peaks(position, force, state == status.CONVERGED)
+    touching = state == status.CONVERGED
+    ahead = slice(turn + 1)
+    peak_force, peak_position = _peaks(position[:, ahead], force[:, ahead], touching[:, ahead])
     rate = np.where(solved, table[:, :, rows.WORK_RATE], 0.0)
     steps = sense[:, None] * np.diff(position, axis=1)
-    work = 0.5 * (steps * (rate[:, 1:] + rate[:, :-1])).sum(axis=1)
+    work = _work(steps[:, :turn], rate[:, ahead])
+    none = np.full(len(table), np.nan)
+    retention, work_back, stored = none, none, none
+    if turn < position.shape[1] - 1:
+        back = slice(turn + 1, None)
+        retention, _ = _peaks(position[:, back], force[:, back], touching[:, back])
+        reversed_rate = np.concatenate([-rate[:, turn : turn + 1], rate[:, back]], axis=1)
+        work_back = _work(-steps[:, turn:], reversed_rate)
+        stored = np.where(solved, table[:, :, rows.ENERGY], 0.0)[:, -1]
     failed = state > status.NO_CONTACT
     first = np.take_along_axis(state, failed.argmax(axis=1)[:, None], axis=1)[:, 0]
     touched = np.where((state == status.CONVERGED).any(axis=1), status.CONVERGED, status.NO_CONTACT)
@@ -51,11 +66,20 @@ def summarise_surfaces(table: np.ndarray, sense: np.ndarray) -> Summary:
         peak_force=peak_force,
         peak_position=peak_position,
         work=work,
+        retention_force=np.maximum(retention, 0.0),
+        withdrawal_work=work_back,
+        stored=stored,
         strain=np.where(solved, table[:, :, rows.STRAIN], 0.0).max(axis=1),
         estimate=np.where(solved, table[:, :, rows.ESTIMATE], 0.0).max(axis=1),
         iterations=table[:, :, rows.ITERATIONS].sum(axis=1).astype(np.int64),
         status=np.where(failed.any(axis=1), first, touched),
     )
+
+
+def _work(steps: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Integrals (D,) of the rates (D, P) over the steps (D, P - 1)."""
+    total: np.ndarray = 0.5 * (steps * (rate[:, 1:] + rate[:, :-1])).sum(axis=1)
+    return total
 
 
 def _peaks(

@@ -9,7 +9,7 @@ from fastncm.sqp import status
 
 
 def summarise(table):
-    return summarise_surfaces(table, np.array([-1.0]))
+    return summarise_surfaces(table, np.array([-1.0]), table.shape[1] - 1)
 
 
 def path(position, force, state=None):
