@@ -18,8 +18,8 @@ class Summary(NamedTuple):
     peak_force, peak_position: the vertex of the parabola through the row with the largest insertion
     force and its neighbours; that row itself where one of them is missing. work: of the target
     against the insertion force on its way in. retention_force: the largest that resists it on the
-    way back, withdrawal_work: against it there, stored: strain energy at the end; NaN where the
-    path does not come back. status: that of the first row that failed, else
+    way back, withdrawal_work: against it there, stored: strain energy at the end less that at the
+    start; NaN where the path does not come back. status: that of the first row that failed, else
     CONVERGED or, where nothing touches, NO_CONTACT.
     """
 
@@ -58,7 +58,8 @@ def summarise_surfaces(table: np.ndarray, sense: np.ndarray, turn: int) -> Summa
         retention, _ = _peaks(position[:, back], force[:, back], touching[:, back])
         reversed_rate = np.concatenate([-rate[:, turn : turn + 1], rate[:, back]], axis=1)
         work_back = _work(-steps[:, turn:], reversed_rate)
-        stored = np.where(solved, table[:, :, rows.ENERGY], 0.0)[:, -1]
+        energy = np.where(solved, table[:, :, rows.ENERGY], 0.0)
+        stored = energy[:, -1] - energy[:, 0]
     failed = state > status.NO_CONTACT
     first = np.take_along_axis(state, failed.argmax(axis=1)[:, None], axis=1)[:, 0]
     touched = np.where((state == status.CONVERGED).any(axis=1), status.CONVERGED, status.NO_CONTACT)
