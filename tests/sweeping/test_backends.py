@@ -18,7 +18,7 @@ from joblib.externals.loky import reusable_executor
 
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import BrokenOff, Study, backends, load, sweep, tasks
+from fastncm.sweeping import BrokenOff, Study, backends, load, pools, sweep, tasks
 from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.storage import Storage
 
@@ -93,10 +93,10 @@ def test_a_worker_process_that_is_killed_costs_nothing(tmp_path, alone):
 
 def test_workers_that_die_every_time_end_the_run(tmp_path, monkeypatch):
     def fatal(*_):
-        raise backends.WorkersLost("a worker process died (out of memory?)")
+        raise pools.WorkersLost("a worker process died (out of memory?)")
         yield
 
-    monkeypatch.setattr(backends, "_received", fatal)
+    monkeypatch.setattr(backends, "received", fatal)
     with pytest.raises(BrokenOff, match="worker process died.*finished cases stay readable"):
         sweep(STUDY, tmp_path / "out", jobs=2)
     monkeypatch.undo()
@@ -247,7 +247,7 @@ def test_workers_that_do_not_exist_are_refused(tmp_path, options, words):
 
 def test_a_scheduler_that_does_not_answer_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(backends, "PATIENCE", 0.2)
+    monkeypatch.setattr(pools, "PATIENCE", 0.2)
     with pytest.raises(
         SweepError, match="no Dask cluster with workers answers at tcp://127.0.0.1:1"
     ):
