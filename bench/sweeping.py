@@ -24,7 +24,7 @@ from million import study as shared_study
 from support import ROOT, print_table, write_json
 
 import fastncm
-from fastncm.sweeping import backends, tasks
+from fastncm.sweeping import pools, tasks
 
 CASES = 1_000_000
 SMALL = 20_000
@@ -157,7 +157,7 @@ def cluster(one: dict[str, float], dask: dict[str, float]) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kind", nargs="?", choices=STUDIES)
-    parser.add_argument("backend", nargs="?", choices=backends.BACKENDS)
+    parser.add_argument("backend", nargs="?", choices=pools.BACKENDS)
     parser.add_argument("jobs", nargs="?", type=int)
     options = parser.parse_args()
     if options.kind:

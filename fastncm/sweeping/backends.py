@@ -1,33 +1,28 @@
-"""The work of a sweep as a stream of finished tasks: in this process, on its cores, on a cluster.
+"""The work of a sweep as a stream of finished tasks.
 
 The first blocks run in this process: they compile what is not compiled yet (or load it from the
 cache) and show how long a case takes. The rest is cut into tasks of TASK_SECONDS, and goes to
 worker processes only where that pays for starting them.
 """
 
-import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
 import numpy as np
-from joblib import Parallel, cpu_count, delayed, parallel_config
+from joblib import delayed
 
 from fastncm.cases import scale_only_names
-from fastncm.errors import SweepError
 from fastncm.sweeping.plan import MAX_ROWS, Plan
+from fastncm.sweeping.pools import Workers, WorkersLost, pool, received
 from fastncm.sweeping.processes import collect, exchange, run_in_process
 from fastncm.sweeping.schema import metadata
 from fastncm.sweeping.study import Study
 from fastncm.sweeping.tasks import Finished, make_task, run_in_worker, run_task
 
-BACKENDS = ("loky", "threading", "dask")
 TASK_SECONDS = 0.5
 """Length of a task. Dispatching one costs about a millisecond."""
-FIRST_ROWS = 64
+FIRST_ROWS = 4
 MEASURED_SECONDS = 0.05
 """The first blocks grow until one takes this long: shorter ones cannot be measured."""
 WORKER_START_SECONDS = 2.0
@@ -40,23 +35,6 @@ LAST_TASKS = 4
 """Towards the end tasks shrink to this fraction of a worker's share, so that all end together."""
 PATIENT_LOSSES = 3
 """Workers may be lost so often, one time after the other, without a task coming back."""
-SILENT_SECONDS = 900.0
-"""A cluster from which nothing has come back for so long is given up."""
-PATIENCE = 30.0
-"""Seconds in which a cluster must answer and have a worker."""
-
-
-@dataclass(frozen=True)
-class Workers:
-    """Where tasks are solved.
-
-    jobs: processes or threads; with "dask" the cluster's own number counts.
-    scheduler: address of a Dask scheduler; None starts a cluster on this machine.
-    """
-
-    backend: str = "loky"
-    jobs: int = 1
-    scheduler: str | None = None
 
 
 @dataclass
@@ -86,28 +64,6 @@ class Pace:
     def bytes_in_task(self) -> float:
         """Size of the results of a task; an upper estimate."""
         return self.nbytes / self.rows * self.rows_in_task
-
-
-class WorkersLost(Exception):
-    """Workers died, and with them the tasks that they had in hand."""
-
-
-def choose_workers(backend: str, jobs: int | None, scheduler: str | None) -> Workers:
-    """Check what the user asked for. SweepError for what does not exist or does not fit."""
-    if backend not in BACKENDS:
-        raise SweepError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
-    if jobs is not None and jobs < 1:
-        raise SweepError(f"jobs = {jobs}: must be at least 1")
-    if scheduler is not None and backend != "dask":
-        raise SweepError(f"scheduler = {scheduler!r}: only with backend 'dask'")
-    if backend == "dask":
-        try:
-            import distributed  # noqa: F401
-        except ImportError:
-            raise SweepError(
-                "backend 'dask' needs dask[distributed]: pip install 'fastncm[dask]'"
-            ) from None
-    return Workers(backend, jobs or cpu_count(), scheduler)
 
 
 def finished_tasks(
@@ -147,7 +103,7 @@ def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Pace) -> Iterator
         while (block := plan.take(pace.rows_in_task)) is not None:
             yield run_task(make_task(study, block, about))
         return
-    with _pool(workers) as (parallel, count), exchange() as folder:
+    with pool(workers) as (parallel, count), exchange() as folder:
         tasks = (make_task(study, block, about) for block in _shrinking(plan, pace, count))
         while plan.rows_left:
             # joblib lets results pile up without bound where the parent is the slower one, so it
@@ -155,24 +111,9 @@ def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Pace) -> Iterator
             some = islice(tasks, max(4 * count, int(HELD_BYTES / pace.bytes_in_task)))
             if workers.backend == "loky":
                 calls = (delayed(run_in_process)(task, folder) for task in some)
-                yield from map(collect, _received(parallel, calls))
+                yield from map(collect, received(parallel, calls))
             else:
-                yield from _received(parallel, (delayed(run_in_worker)(task) for task in some))
-
-
-def _received(parallel: Parallel, calls: Iterable[object]) -> Generator[Any, None, None]:
-    """The results of the calls as they come in."""
-    results = parallel(calls)
-    try:
-        yield from results
-    except BrokenProcessPool as error:
-        raise WorkersLost("a worker process died (out of memory?)") from error
-    except TimeoutError as error:
-        raise WorkersLost(f"nothing came back for {SILENT_SECONDS:.0f} s") from error
-    finally:
-        with warnings.catch_warnings():  # that tasks were cancelled is said once, by the error
-            warnings.filterwarnings("ignore", r"\d+ tasks", UserWarning)
-            results.close()
+                yield from received(parallel, (delayed(run_in_worker)(task) for task in some))
 
 
 def _first_blocks(study: Study, plan: Plan, pace: Pace) -> Iterator[Finished]:
@@ -204,46 +145,6 @@ def _shrinking(plan: Plan, pace: Pace, count: int) -> Iterator[np.ndarray]:
         if block is None:
             return
         yield block
-
-
-@contextmanager
-def _pool(workers: Workers) -> Iterator[tuple[Parallel, int]]:
-    """joblib's pool, and how many workers it has."""
-    options: dict[str, Any] = {"return_as": "generator_unordered", "batch_size": 1}
-    with ExitStack() as stack:
-        if workers.backend == "dask":
-            client = stack.enter_context(_client(workers))
-            stack.enter_context(parallel_config("dask", client=client))
-            options |= {"n_jobs": -1, "timeout": SILENT_SECONDS}
-            count = sum(client.ncores().values())
-        else:
-            options |= {"n_jobs": workers.jobs, "backend": workers.backend}
-            if workers.backend == "loky":
-                options["inner_max_num_threads"] = 1  # the workers fill the cores already
-            count = workers.jobs
-        yield stack.enter_context(Parallel(**options)), count
-
-
-@contextmanager
-def _client(workers: Workers) -> Iterator[Any]:
-    """A client of the Dask cluster that was asked for, with a worker at least."""
-    import distributed
-
-    with ExitStack() as stack:
-        address: object = workers.scheduler
-        if address is None:
-            own = distributed.LocalCluster(
-                n_workers=workers.jobs, threads_per_worker=1, dashboard_address="127.0.0.1:0"
-            )
-            address = stack.enter_context(own)
-        try:
-            client = stack.enter_context(
-                distributed.Client(address, set_as_default=False, timeout=PATIENCE)
-            )
-            client.wait_for_workers(1, timeout=PATIENCE)
-        except (OSError, ValueError) as error:  # TimeoutError is an OSError
-            raise SweepError(f"no Dask cluster with workers answers at {address}") from error
-        yield client
 
 
 def _max_rows(study: Study) -> int:

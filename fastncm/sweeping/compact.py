@@ -31,7 +31,7 @@ from fastncm.sweeping.parts import (
 )
 from fastncm.sweeping.storage import Storage, reason
 
-SMALL_BYTES = 8 * 2**20
+SMALL_BYTES = 4 * 2**20
 """Files smaller than this are joined ..."""
 FILE_BYTES = 64 * 2**20
 """... to files of about this size."""

@@ -18,7 +18,12 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+from fastncm.errors import SweepError
+from fastncm.sweeping.storage import reason
 from fastncm.sweeping.tasks import Finished, Task, run_in_worker
+
+_FOLDERS: set[str] = set()
+"""Folders for results that this worker has written to."""
 
 
 @contextmanager
@@ -35,9 +40,14 @@ def run_in_process(task: Task, folder: str) -> str:
     """`run_in_worker`; the result is in the file whose name is returned."""
     _leave_to_parent(folder)
     finished = run_in_worker(task)
-    descriptor, name = tempfile.mkstemp(dir=folder)
-    with open(descriptor, "wb") as file:
-        pickle.dump(finished, file, protocol=pickle.HIGHEST_PROTOCOL)
+    try:
+        descriptor, name = tempfile.mkstemp(dir=folder)
+        with open(descriptor, "wb") as file:
+            pickle.dump(finished, file, protocol=pickle.HIGHEST_PROTOCOL)
+    except OSError as error:
+        raise SweepError(
+            f"cannot write to {folder}: {reason(error)}; TMPDIR names another place"
+        ) from error
     return name
 
 
@@ -49,16 +59,23 @@ def collect(name: str) -> Finished:
     return finished
 
 
-@cache
 def _leave_to_parent(folder: str) -> None:
-    """Once in a worker: it ends with its parent, and Ctrl-C is the parent's."""
+    """In a worker: it ends with its parent and clears the folder, and Ctrl-C is the parent's."""
+    _FOLDERS.add(folder)
+    _watch_parent()
+
+
+@cache
+def _watch_parent() -> None:
+    """Once in a worker: start the thread that looks after the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(0.5)
-        shutil.rmtree(folder, ignore_errors=True)
+        for folder in _FOLDERS:
+            shutil.rmtree(folder, ignore_errors=True)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True, name="parent-watch").start()

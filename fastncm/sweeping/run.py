@@ -11,32 +11,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-import pyarrow.parquet as pq
 from tqdm import tqdm
 
 from fastncm.errors import SweepError
 from fastncm.kernels.cache import is_cold
-from fastncm.sweeping.backends import Workers, WorkersLost, choose_workers, finished_tasks
+from fastncm.sweeping.backends import finished_tasks
 from fastncm.sweeping.compact import compact
+from fastncm.sweeping.folder import begin, claim, is_whole, make_folders
 from fastncm.sweeping.identity import solver_version
 from fastncm.sweeping.lock import sole_run
-from fastncm.sweeping.manifest import (
-    MANIFEST,
-    Manifest,
-    Run,
-    differences,
-    in_words,
-    read_manifest,
-    write_manifest,
-)
-from fastncm.sweeping.parts import TABLES
-from fastncm.sweeping.read import CASES_FILE, best_designs
-from fastncm.sweeping.samples import Samples
+from fastncm.sweeping.manifest import Manifest, Run, read_manifest
+from fastncm.sweeping.pools import Workers, WorkersLost, choose_workers
+from fastncm.sweeping.read import best_designs
 from fastncm.sweeping.schema import versions
-from fastncm.sweeping.stock import Stock, clear_away, take_stock
+from fastncm.sweeping.stock import Stock
 from fastncm.sweeping.storage import Storage, reason
 from fastncm.sweeping.store import Store
-from fastncm.sweeping.study import LISTED, Report, Study
+from fastncm.sweeping.study import Report, Study
 from fastncm.sweeping.study_file import load_study
 
 
@@ -90,80 +81,22 @@ def sweep(
         study.check()
     workers = choose_workers(backend, jobs, scheduler)
     storage = Storage(out)
-    earlier = _claim(storage, study)
-    if earlier is not None and earlier.state == "complete" and _is_whole(storage, study):
+    earlier = claim(storage, study)
+    if earlier is not None and earlier.state == "complete" and is_whole(storage, study):
         return _summary(storage, study.report)
-    _make_folders(storage, study)
+    make_folders(storage, study)
     with sole_run(storage):
-        earlier = _claim(storage, study)  # another run may just have ended
-        if earlier is not None and earlier.state == "complete" and _is_whole(storage, study):
+        earlier = claim(storage, study)  # another run may just have ended
+        if earlier is not None and earlier.state == "complete" and is_whole(storage, study):
             return _summary(storage, study.report)
         run = Run(workers.backend, workers.jobs)
         manifest = Manifest(study.to_dict(), solver_version(), versions(), run)
         manifest.cases = study.cases.size
         manifest.seconds = 0.0 if earlier is None else earlier.seconds
-        stock = _begin(storage, study, manifest)
+        stock = begin(storage, study, manifest)
         resumed = int(stock.done.sum())
         _run(storage, study, manifest, stock, workers)
     return _summary(storage, study.report, resumed, stock)
-
-
-def _is_whole(storage: Storage, study: Study) -> bool:
-    """Whether every case is in the table and every file of it in order."""
-    stock = take_stock(storage, study)
-    return bool(stock.done.all()) and not stock.useless
-
-
-def _claim(storage: Storage, study: Study) -> Manifest | None:
-    """Whether `study` may write to the folder; touches nothing.
-
-    Returns the manifest of an earlier run of the same study, or None. SweepError where the folder
-    holds anything else.
-    """
-    if storage.is_file():
-        raise SweepError(f"{storage} is a file: the results need a folder")
-    if not storage.exists(MANIFEST):
-        for name in TABLES:
-            if storage.sizes(name):
-                raise SweepError(
-                    f"{storage} already holds a folder '{name}' that no sweep of fastncm wrote; "
-                    "nothing was touched: choose another folder"
-                )
-        return None
-    manifest = read_manifest(storage)
-    if found := differences(manifest, study.to_dict(), solver_version()):
-        raise SweepError(
-            f"{storage} already holds the table of another study ('{manifest.study.get('name')}'): "
-            f"{in_words(found)}; nothing was touched: choose another folder, or remove this one"
-        )
-    return manifest
-
-
-def _make_folders(storage: Storage, study: Study) -> None:
-    try:
-        for name in ("", *TABLES[: 1 + study.curves]):
-            storage.make_folder(name)
-    except OSError as error:
-        raise SweepError(f"cannot write to {storage}: {reason(error)}") from error
-
-
-def _begin(storage: Storage, study: Study, manifest: Manifest) -> Stock:
-    """Take the folder: from now on the manifest names this run. Returns what is done already."""
-    try:
-        stock = take_stock(storage, study)
-        clear_away(storage, stock)
-        manifest.run.found = stock.found
-        if isinstance(study.cases, Samples) and study.design.kind == LISTED:
-            cases = study.cases.to_arrow()
-            storage.write(CASES_FILE, lambda stream: pq.write_table(cases, stream))
-        write_manifest(storage, manifest)
-    except OSError as error:
-        raise SweepError(f"cannot write to {storage}: {reason(error)}") from error
-    if read_manifest(storage).run.token != manifest.run.token:  # only where there are no locks
-        raise SweepError(f"another run has just begun in {storage}")
-    for sentence in stock.found:
-        print(f"fastncm: {storage}: {sentence}", file=sys.stderr)
-    return stock
 
 
 def _summary(
@@ -236,6 +169,6 @@ def _kept_readable(store: Store) -> Iterator[None]:
         )
         if isinstance(error, OSError):
             raise BrokenOff(f"cannot write to {where}: {reason(error)}; {kept}") from error
-        if isinstance(error, WorkersLost):
+        if isinstance(error, WorkersLost | SweepError):
             raise BrokenOff(f"{where}: {error}; {kept}") from error
         raise

@@ -5,11 +5,9 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,7 +16,7 @@ from joblib.externals.loky import reusable_executor
 
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import BrokenOff, Study, backends, load, sweep, tasks
+from fastncm.sweeping import BrokenOff, Study, backends, load, pools, processes, sweep, tasks
 from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.storage import Storage
 
@@ -93,10 +91,10 @@ def test_a_worker_process_that_is_killed_costs_nothing(tmp_path, alone):
 
 def test_workers_that_die_every_time_end_the_run(tmp_path, monkeypatch):
     def fatal(*_):
-        raise backends.WorkersLost("a worker process died (out of memory?)")
+        raise pools.WorkersLost("a worker process died (out of memory?)")
         yield
 
-    monkeypatch.setattr(backends, "_received", fatal)
+    monkeypatch.setattr(backends, "received", fatal)
     with pytest.raises(BrokenOff, match="worker process died.*finished cases stay readable"):
         sweep(STUDY, tmp_path / "out", jobs=2)
     monkeypatch.undo()
@@ -174,8 +172,11 @@ def test_a_parent_that_is_killed_takes_its_workers_along(tmp_path, alone):
     psutil = pytest.importorskip("psutil")
     out = tmp_path / "out"
     here = os.path.dirname(__file__)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([here, *sys.path])}
-    before = set(Path(tempfile.gettempdir()).glob("fastncm-*"))
+    (tmp_path / "tmp").mkdir()
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([here, *sys.path]),
+        "TMPDIR": str(tmp_path / "tmp"),
+    }
     command = [sys.executable, "-c", PARENT, str(out)]
     with subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL) as process:
         while len(list((out / "curves").glob("part-*"))) <= 8:
@@ -185,7 +186,7 @@ def test_a_parent_that_is_killed_takes_its_workers_along(tmp_path, alone):
         process.kill()
     assert len(workers) >= 2
     assert not psutil.wait_procs(workers, timeout=20)[1]
-    assert set(Path(tempfile.gettempdir()).glob("fastncm-*")) == before
+    assert not list((tmp_path / "tmp").glob("fastncm-*"))
     assert len(load(out)) < 2400
     check(sweep(STUDY, out, jobs=1).out, alone)
 
@@ -224,6 +225,16 @@ def test_what_a_task_carries_is_parameters_and_what_it_returns_columns(alone):
     assert "jaw.height" not in finished.results.column_names
 
 
+def test_a_place_for_results_that_is_full_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "_watch_parent", lambda: None)
+    task = tasks.make_task(STUDY, np.arange(2), {})
+    name = processes.run_in_process(task, str(tmp_path))
+    assert processes.collect(name).case_ids.tolist() == [0, 1]
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(SweepError, match="cannot write to .*TMPDIR"):
+        processes.run_in_process(task, str(tmp_path / "none"))
+
+
 def test_a_worker_with_another_solver_refuses(monkeypatch):
     task = tasks.make_task(STUDY, np.arange(2), {})
     monkeypatch.setattr(tasks, "solver_version", lambda: "another")
@@ -247,7 +258,7 @@ def test_workers_that_do_not_exist_are_refused(tmp_path, options, words):
 
 def test_a_scheduler_that_does_not_answer_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(backends, "PATIENCE", 0.2)
+    monkeypatch.setattr(pools, "PATIENCE", 0.2)
     with pytest.raises(
         SweepError, match="no Dask cluster with workers answers at tcp://127.0.0.1:1"
     ):

@@ -12,8 +12,7 @@ import pytest
 
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import Study, load, lock, store, sweep
-from fastncm.sweeping import run as run_module
+from fastncm.sweeping import Study, folder, load, lock, store, sweep
 from fastncm.sweeping.lock import is_running, sole_run
 from fastncm.sweeping.manifest import read_manifest, write_manifest
 from fastncm.sweeping.status import describe
@@ -135,7 +134,7 @@ def test_without_locks_the_manifest_is_the_lock(finished, tmp_path):
 
 def test_of_two_runs_that_begin_at_once_without_locks_one_gives_way(tmp_path, monkeypatch):
     pytest.importorskip("fsspec")
-    written = run_module.write_manifest
+    written = folder.write_manifest
 
     def overtaken(storage, manifest):
         written(storage, manifest)
@@ -143,7 +142,7 @@ def test_of_two_runs_that_begin_at_once_without_locks_one_gives_way(tmp_path, mo
         manifest.run.token = "another"
         written(storage, manifest)
 
-    monkeypatch.setattr(run_module, "write_manifest", overtaken)
+    monkeypatch.setattr(folder, "write_manifest", overtaken)
     with pytest.raises(SweepError, match="another run has just begun"):
         sweep(STUDY, f"memory://{tmp_path.name}/out", jobs=1)
 

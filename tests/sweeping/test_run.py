@@ -15,7 +15,7 @@ import pytest
 
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import BrokenOff, Report, Study, backends, load, store, sweep
+from fastncm.sweeping import BrokenOff, Report, Study, backends, folder, load, store, sweep
 from fastncm.sweeping import run as run_module
 from fastncm.sweeping.read import GOOD_STATUS, best_designs
 from fastncm.sweeping.storage import Storage
@@ -192,7 +192,7 @@ def test_the_refusal_shows_the_difference(finished):
 
 
 def test_another_solver_is_another_table(finished, monkeypatch):
-    monkeypatch.setattr(run_module, "solver_version", lambda: "0" * 16)
+    monkeypatch.setattr(folder, "solver_version", lambda: "0" * 16)
     with pytest.raises(SweepError, match="solver's version is .* there, 0000"):
         sweep(small_study(curves=True), finished.out, jobs=1)
 
