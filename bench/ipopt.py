@@ -2,9 +2,9 @@
 
 rubber-ellipse through CasADi and IPOPT (`ipopt_baseline.py`), the same discretisation: first the
 answers, which tests compare with (data/ipopt_rubber_ellipse.csv: this file's own output, from a
-program that shares nothing but the scene's description), then the time, N = 90, 60 angles, each
-warm-started from the last. Of IPOPT's two forms, "reduced" is the obvious one (25 to 120 ms a solve
-were measured elsewhere) and "sparse" the fastest that we know of.
+program that shares nothing but the scene's description), then the CPU time, N = 90, 60 angles,
+each warm-started from the last. Of IPOPT's two forms, "reduced" is the obvious one (25 to 120 ms a
+solve were measured elsewhere) and "sparse" the fastest that we know of.
 
 The finger reaches the angle of 126 degrees, where the undeformed finger overlaps the ellipse, from
 a base turned away to 180 degrees, so that it lies below and to the left of the ellipse: its right
@@ -55,7 +55,7 @@ CASES: dict[str, Mapping[str, object]] = {
 }
 ANGLES = 60
 DESIGNS = 100
-ROUNDS = 3
+ROUNDS = 5
 FORMS: tuple[Form, ...] = ("sparse", "reduced")
 
 
@@ -126,7 +126,7 @@ def fine(positions: np.ndarray) -> np.ndarray:
 
 
 def rounds() -> tuple[dict[str, float], dict[str, float]]:
-    """Seconds a solve, ours and IPOPT's, measured in turn in this process; best of the rounds."""
+    """CPU seconds a solve, ours and IPOPT's, in turn in this process, best of the rounds."""
     table = pd.DataFrame({"path.y": np.linspace(0.1197, SCENE.path.y, DESIGNS)})
     lowered = lower_surface(tabulate(SCENE, {})[0])
     baselines = {form: Baseline(SCENE, form) for form in FORMS}
@@ -146,9 +146,9 @@ def rounds() -> tuple[dict[str, float], dict[str, float]]:
             seconds = path_of(baseline)["seconds"].mean()
             theirs[form] = min(theirs[form], float(seconds))
         for name, (solves, run) in runs.items():
-            begin = time.perf_counter()
+            begin = time.process_time()
             run()
-            ours[name] = min(ours[name], (time.perf_counter() - begin) / solves)
+            ours[name] = min(ours[name], (time.process_time() - begin) / solves)
     return ours, theirs
 
 

@@ -155,9 +155,9 @@ class Baseline:
             if last is not None:
                 given |= {"lam_g0": last["lam_g"], "lam_x0": last["lam_x"]}
             solver = self.cold if last is None else self.warm
-            begin = time.perf_counter()
+            begin = time.process_time()
             last = solver(**given)
-            seconds = time.perf_counter() - begin
+            seconds = time.process_time() - begin
             rows.append(
                 self._row(last, given["p"])
                 | {

@@ -106,8 +106,8 @@ def solve_chunk(
     for group in groups:
         if group.scene.jaw is None:
             done = solve_surface_cases(group, curves)
-            for name, values in done.cases.items():
-                cases[name][group.rows] = values
+            for name, column in cases.items():
+                column[group.rows] = done.cases.get(name, np.nan)
             parts += done.curves
             shape_paths += done.shape_paths
             solves += done.solves
