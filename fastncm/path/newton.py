@@ -317,8 +317,13 @@ def correct(problem, lanes, tolerance, most):
             break
     for lane in range(LANES):
         if lanes.active[lane]:
-            lanes.good[lane] = lanes.force[lane] >= 0.0 and (
-                lanes.residual[lane] <= tolerance
-                or abs(lanes.gap[c.GAP, lane]) <= c.GAP_ROUNDING
-                and lanes.residual[lane] <= c.GRAZING
+            on_branch = lanes.mu[lane] == 0.0 or lanes.determinant[lane] > 0.0
+            lanes.good[lane] = (
+                on_branch
+                and lanes.force[lane] >= 0.0
+                and (
+                    lanes.residual[lane] <= tolerance
+                    or abs(lanes.gap[c.GAP, lane]) <= c.GAP_ROUNDING
+                    and lanes.residual[lane] <= c.GRAZING
+                )
             )
