@@ -79,10 +79,11 @@ def evaluate(problem, lanes):
                     + lanes.tangent[2, lane] * basis.end[k, lane]
                 )
         for lane in range(LANES):
-            u = lanes.u[k, lane]
-            largest[lane] = max(largest[lane], abs(u))
+            largest[lane] = max(largest[lane], abs(lanes.u[k, lane]))
+        for lane in range(LANES):
             slack[lane] = max(slack[lane], abs(lanes.down[k, lane]))
-            moved[lane] += lanes.jacobian[k, lane] * u
+        for lane in range(LANES):
+            moved[lane] += lanes.jacobian[k, lane] * lanes.u[k, lane]
     for lane in range(LANES):
         stationarity = slack[lane] / max(largest[lane], c.GAP_ROUNDING)
         deflection = max(abs(moved[lane]), c.GAP_ROUNDING)
