@@ -24,6 +24,10 @@ Array = np.ndarray
 _WORDS = np.array(status.WORDS, dtype=object)
 
 
+#: Columns that hold although the way out failed (friction locks the finger in).
+_WAY_IN = ("peak_force_N", "peak_position", "insertion_work_J")
+
+
 @dataclass(frozen=True)
 class ChunkResult:
     """Answers to C cases.
@@ -172,7 +176,7 @@ def _fill(
     cases: dict[str, Array], at: Array, lowered: Lowered, chosen: Array, summary: Array
 ) -> None:
     """Write summaries in SI units into rows `at` of the case columns; failed cases have no
-    numbers."""
+    numbers, but for the way in where only the way out failed."""
     scale = lowered.scale
     length, force = scale.length[chosen], scale.force[chosen]
     number = summary[:, reduce.STATUS].astype(np.int64)
@@ -189,8 +193,9 @@ def _fill(
         "hysteresis_J": np.where(back, lost * force * length, np.nan),
         "error_estimate": summary[:, reduce.ESTIMATE],
     }
+    failed_in = summary[:, reduce.STATUS_IN] > status.NO_CONTACT
     for name, value in values.items():
-        cases[name][at] = np.where(failed, np.nan, value)
+        cases[name][at] = np.where(failed_in if name in _WAY_IN else failed, np.nan, value)
     cases["status"][at] = _WORDS[number]
     cases["positions"][at] = lowered.positions.shape[1]
     cases["iterations"][at] = summary[:, reduce.ITERATIONS].astype(np.int64)

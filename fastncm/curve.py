@@ -103,8 +103,8 @@ class JawCurve(Curve):
     @property
     def peak(self) -> Peak:
         """The located peak of the insertion force: 0 N where the target never touches, NaN where
-        some row failed, since the true peak may be there."""
-        if self._summary[reduce.STATUS] > status.NO_CONTACT:
+        some row on the way in failed, since the true peak may be there."""
+        if self._summary[reduce.STATUS_IN] > status.NO_CONTACT:
             return Peak(float("nan"), float("nan"))
         return Peak(
             float(self._summary[reduce.PEAK_POSITION] * self._lowered.scale.length[0]),
@@ -113,7 +113,7 @@ class JawCurve(Curve):
 
     @property
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force over the whole path, in J."""
+        """Work that the target does against the insertion force on its way in, in J."""
         scale = self._lowered.scale
         return float(self._summary[reduce.WORK] * scale.force[0] * scale.length[0])
 
@@ -128,10 +128,12 @@ class JawCurve(Curve):
         )
 
     def events(self) -> pd.DataFrame:
-        """Located events in the order of the path: event, position, insertion_force_N, interval.
+        """Located events in the order of the path: event, position, insertion_force_N, energy_J,
+        interval.
 
         The event lies behind row `interval`. At a change of the contact feature the force may jump
-        or have a kink: it is given as it is just before and just after.
+        or have a kink: it is given as it is just before and just after. So is the energy stored in
+        the finger; what is missing after it was released.
         """
         table = self._solved.trace.rows
         one = np.zeros(1, dtype=np.int64)
@@ -145,6 +147,7 @@ class JawCurve(Curve):
                 "event": [_EVENT_NAMES[int(kind)] for kind in table[0, used, rows.KIND]],
                 "position": table[0, used, rows.POSITION] * scale.length[0],
                 "insertion_force_N": forces[0, used, INSERTION] * scale.force[0] + 0.0,  # no -0.0
+                "energy_J": table[0, used, rows.ENERGY] * scale.force[0] * scale.length[0],
                 "interval": table[0, used, rows.INTERVAL].astype(np.int64),
             }
         )

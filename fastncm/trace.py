@@ -133,12 +133,12 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
                 trace_carefully(again, options, second)
             else:
                 trace_lanes(again, tolerance, _SHORT_MOVE, second)
-                explain_ends(again, tolerance, second)
             for mine, new in zip(trace[:-1], second[:-1], strict=True):
                 mine[designs] = new
             trace.solves[0] += second.solves[0]
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)
+        explain_ends(problem, tolerance, trace)
     return trace
 
 

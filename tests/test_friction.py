@@ -4,6 +4,7 @@ balance."""
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import shooting
 
@@ -84,3 +85,115 @@ def test_friction_that_locks_at_touch(scene: fastncm.Scene, case: shooting.Shoot
     assert above.status == "no_equilibrium"
     assert set(above.frame()["status"].iloc[1:]) == {"no_equilibrium"}
     assert float(above.advice.split("up to ")[1].rstrip(".")) == pytest.approx(critical, abs=1e-6)
+
+
+def test_limit_point_of_the_path() -> None:
+    """At mu = 1 the finger snaps where the circle gets to corner a, later than without friction."""
+    curve = fastncm.solve(CIRCLE.replace({"friction.mu": 1.0}))
+    exact = shooting.peak_position(replace(shooting.SNAPFIT_CIRCLE, mu=1.0))
+    assert curve.status == "no_equilibrium"
+    assert float(curve.advice.split("limit point at ")[1].split(" m")[0]) == pytest.approx(
+        exact.position, abs=1e-9
+    )
+    assert 0.01 < float(curve.advice.split("releases ")[1].split(" J")[0]) < exact.energy
+    # the branch of equilibria on corner a turns back there: beyond the event it goes uphill
+    behind = replace(shooting.SNAPFIT_CIRCLE, mu=1.0)
+    assert shooting.solve(behind, exact.position + 1e-6, "corner").energy < exact.energy
+
+
+WAYS = [
+    (CIRCLE, {"path.stop": 0.064}),
+    (CIRCLE, {"path.stop": 0.060}),
+    (CORNER, {"path.stop": 0.062}),
+]
+
+
+@pytest.mark.parametrize(("scene", "changes"), WAYS)
+def test_the_way_out_of_a_sliding_contact(scene: fastncm.Scene, changes: dict[str, float]) -> None:
+    """Far from the turn it slides back with friction reversed, as if it came from there."""
+    there = scene.replace({**changes, "friction.mu": 0.3, "path.withdraw": True})
+    frame = fastncm.solve(there).frame()
+    steps = there.path.steps
+    assert len(frame) == 2 * steps - 1
+    np.testing.assert_allclose(frame["position"][steps - 1 :], frame["position"][steps - 1 :: -1])
+    case = shooting.SNAPFIT_CIRCLE if scene is CIRCLE else shooting.SNAPFIT_CORNER
+    for i in (steps + 5, steps + 20, 2 * steps - 10):
+        row = frame.iloc[i]
+        exact = shooting.solve(replace(case, mu=-0.3), row["position"])
+        assert row["insertion_force_N"] == pytest.approx(exact.force_x, rel=1e-8)
+        assert row["force_y_N"] == pytest.approx(exact.force_y, rel=1e-8)
+
+
+@pytest.mark.parametrize(("scene", "changes"), WAYS)
+def test_halving_the_step_changes_the_way_back_to_first_order(
+    scene: fastncm.Scene, changes: dict[str, float]
+) -> None:
+    """At the turn the contact sticks for some hundredths of a millimetre."""
+    stop, start = changes["path.stop"], changes["path.stop"] + 4e-4
+    base = scene.replace({"friction.mu": 0.5})
+    work = []
+    for steps in (20, 40, 80, 160, 640):
+        way = np.linspace(start, stop, steps)
+        path = np.concatenate([way, way[-2::-1]])
+        frame = fastncm.solve(base, positions=path).frame()
+        assert frame["sticking"].max() == (1 if steps > 40 else frame["sticking"].max())
+        assert set(frame["status"]) == {"converged"}
+        force = frame["force_x_N"].to_numpy()[steps - 1 :]
+        work.append(np.trapezoid(force, path[steps - 1 :]))
+        ratio = frame["friction_force_N"] / frame["normal_force_N"]
+        assert ratio.max() <= 0.5 * (1.0 + 1e-10)
+        assert (ratio[frame["sticking"] == 0] >= 0.5 * (1.0 - 1e-10)).all()
+    errors = np.abs(np.array(work[:-1]) - work[-1])
+    assert (errors[1:] < 0.75 * errors[:-1]).all()
+
+
+def test_a_closed_loop_loses_nothing_without_friction() -> None:
+    """The circle in front of, over and behind the jaw, and back: it does no work."""
+    loop = CIRCLE.replace({"path.stop": 0.044, "path.withdraw": True, "path.steps": 200})
+    curve = fastncm.solve(loop)
+    frame = curve.frame()
+    work = np.trapezoid(frame["force_x_N"], frame["position"])
+    assert abs(work) < 1e-10
+    assert curve.retention.insertion_force_N > curve.peak.insertion_force_N > 5.0
+    back = frame.iloc[200:].set_index(frame["position"].iloc[200:].round(12))
+    there = frame.iloc[:199].set_index(frame["position"].iloc[:199].round(12))
+    np.testing.assert_allclose(
+        back["force_x_N"], there["force_x_N"].loc[back.index], rtol=1e-9, atol=1e-9
+    )
+
+
+def test_hysteresis_is_the_loss_by_friction_and_snapping() -> None:
+    frame = pd.DataFrame({"friction.mu": [0.0, 0.2, 0.4]})
+    scene = CORNER.replace(
+        {
+            "path.stop": 0.045,
+            "path.withdraw": True,
+            "target.length": 0.006,
+            "jaw.return_angle": 0.9,
+            "path.steps": 200,
+        }
+    )
+    table = fastncm.solve_cases(scene, frame)
+    assert set(table["status"]) == {"converged"}
+    lost = table["insertion_work_J"] + table["withdrawal_work_J"]  # the finger ends straight
+    np.testing.assert_allclose(table["hysteresis_J"], lost, rtol=1e-12)
+    assert (table["hysteresis_J"] > 0.0).all()
+    assert table["hysteresis_J"].is_monotonic_increasing
+    assert table["retention_force_N"].is_monotonic_increasing
+    # without friction: what is released where a snaps off the block's corners, on both ways
+    events = fastncm.solve(scene).events().set_index("event")["energy_J"]
+    released = events["before_change"].to_numpy() - events["after_change"].to_numpy()
+    assert len(released) == 4
+    assert table["hysteresis_J"][0] == pytest.approx(released.sum(), rel=1e-5)
+
+
+def test_a_vertical_return_face_locks() -> None:
+    """A straight finger pulled at height h gives way by turning: h^2 against mu h / 2."""
+    frame = pd.DataFrame({"friction.mu": [0.25, 0.38]})
+    scene = CIRCLE.replace({"path.stop": 0.044, "path.withdraw": True})
+    table = fastncm.solve_cases(scene, frame)
+    assert list(table["status"]) == ["converged", "no_equilibrium"]
+    critical = 2.0 * scene.jaw.a[1] / scene.finger.length
+    assert f"{critical:.6f}" in table["advice"][1]
+    assert table["peak_force_N"].notna().all()
+    assert list(table["retention_force_N"].isna()) == [False, True]

@@ -244,6 +244,8 @@ def circle_part(jaw, target, d, t, x, y, cos, sin):
     ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
     if part == c.ON_A:
         return c.ON_RETURN if jaw[d, c.TRX] * ax + jaw[d, c.TRY] * ay < 0.0 else c.ON_A
+    if jaw[d, c.TAX] * ay >= jaw[d, c.TAY] * ax:
+        return part  # outside of the tangent at a
     edge = jaw_gap(jaw, d, c.ON_EDGE, t, py, 0.0, x, y, cos, sin)[0]
     face = jaw[d, c.TRX] * ay - jaw[d, c.TRY] * ax
     return c.ON_RETURN if edge < 0.0 and face > edge and jaw[d, c.RHO] >= 0.0 else part

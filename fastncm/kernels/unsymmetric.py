@@ -1,4 +1,4 @@
-"""L U factors of small unsymmetric matrices, for `LANES` designs side by side.
+"""L U factors of unsymmetric 3 x 3 matrices, for `LANES` designs side by side.
 
 There is no pivoting: the matrices are the identity plus the change of a contact force with the tip
 that it moves.
@@ -10,31 +10,29 @@ from fastncm.kernels.constants import LANES
 
 @kernel
 def factorise(a):
-    """Overwrite `a` (n, n, LANES) by its factors: below the diagonal L (its diagonal is 1), above
+    """Overwrite `a` (3, 3, LANES) by its factors: below the diagonal L (its diagonal is 1), above
     it U, on it 1 / U."""
-    n = a.shape[0]
-    for j in range(n):
+    for j in range(3):
         for lane in range(LANES):
             a[j, j, lane] = 1.0 / a[j, j, lane]
-        for i in range(j + 1, n):
+        for i in range(j + 1, 3):
             for lane in range(LANES):
                 a[i, j, lane] *= a[j, j, lane]
-            for k in range(j + 1, n):
+            for k in range(j + 1, 3):
                 for lane in range(LANES):
                     a[i, k, lane] -= a[i, j, lane] * a[j, k, lane]
 
 
 @kernel
 def solve(a, x):
-    """Solve with the factors from `factorise`. x: (n, LANES), right-hand side on entry, solution on
+    """Solve with the factors from `factorise`. x: (3, LANES), right-hand side on entry, solution on
     return."""
-    n = a.shape[0]
-    for i in range(1, n):
+    for i in range(1, 3):
         for k in range(i):
             for lane in range(LANES):
                 x[i, lane] -= a[i, k, lane] * x[k, lane]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
+    for i in range(2, -1, -1):
+        for k in range(i + 1, 3):
             for lane in range(LANES):
                 x[i, lane] -= a[i, k, lane] * x[k, lane]
         for lane in range(LANES):
@@ -44,14 +42,13 @@ def solve(a, x):
 @kernel
 def solve_transposed(a, x):
     """`solve` with the transposed matrix."""
-    n = a.shape[0]
-    for i in range(n):
+    for i in range(3):
         for k in range(i):
             for lane in range(LANES):
                 x[i, lane] -= a[k, i, lane] * x[k, lane]
         for lane in range(LANES):
             x[i, lane] *= a[i, i, lane]
-    for i in range(n - 2, -1, -1):
-        for k in range(i + 1, n):
+    for i in range(1, -1, -1):
+        for k in range(i + 1, 3):
             for lane in range(LANES):
                 x[i, lane] -= a[k, i, lane] * x[k, lane]

@@ -44,7 +44,7 @@ def locate_events(problem: Problem, tolerance: float, trace: Trace) -> None:
     found = [
         _touches(problem, tolerance, trace, rows.TOUCH, *np.nonzero(begins)),
         _touches(problem, tolerance, trace, rows.RELEASE, *np.nonzero(ends)),
-        *_changes(problem, tolerance, trace, *np.nonzero(changed)),
+        *_changes(problem, tolerance, trace, positions, *np.nonzero(changed)),
     ]
     _append(trace, positions, [states for states in found if len(states.t)])
 
@@ -72,7 +72,12 @@ def _touches(
 
 
 def _changes(
-    problem: Problem, tolerance: float, trace: Trace, design: Array, interval: Array
+    problem: Problem,
+    tolerance: float,
+    trace: Trace,
+    positions: int,
+    design: Array,
+    interval: Array,
 ) -> tuple[States, States]:
     """States just before and just after the changes of feature in the intervals, those that were
     found."""
@@ -98,8 +103,21 @@ def _changes(
         if len(side.t):
             solve_states(problem, tolerance, side)
         side.row[:, rows.KIND], side.row[:, rows.INTERVAL] = kind, interval[located]
+    snaps = before.good & ~after.good & (problem.mu[before.design] > 0.0)
+    _mark_snaps(trace, positions, _some(before, snaps))
     both = before.good & after.good
-    return _some(before, both), _some(after, both)
+    return _some(before, both | snaps), _some(after, both)
+
+
+def _mark_snaps(trace: Trace, positions: int, states: States) -> None:
+    """The branch of equilibria ends at `states` (S,): beyond its change of feature it turns back.
+
+    The rows behind are of another branch: NO_EQUILIBRIUM, until contact is lost and begins again.
+    """
+    for d, interval in zip(states.design, states.row[:, rows.INTERVAL], strict=True):
+        state = trace.rows[d, int(interval) + 1 : positions, rows.STATUS]
+        free = np.flatnonzero(state == status.NO_CONTACT)
+        state[: free[0] if len(free) else None] = status.NO_EQUILIBRIUM
 
 
 def _walk_to_change(

@@ -45,6 +45,7 @@ def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     ``trace.ends`` where their branch ended and why."""
     positions = problem.positions.shape[1]
     failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
+    failed &= problem.mu[:, None] > 0.0
     d = np.flatnonzero(failed.any(axis=1))
     if not len(d):
         return
@@ -64,8 +65,8 @@ def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     trace.ends[d, END_ROW] = row
     trace.ends[d, END_POSITION] = reached
     critical = _critical_friction(problem, tolerance, d, row)
-    at_touch = _locks_at_touch(problem, tolerance, d, start, side, trace.shapes.shape[2])
-    trace.ends[d, END_MU] = np.where(at_touch <= mu, at_touch, critical)
+    at_touch = trace.ends[d, END_MU]  # where known: it locks from the start
+    trace.ends[d, END_MU] = np.where(at_touch > 0.0, at_touch, critical)
     trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
 
@@ -93,23 +94,6 @@ def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) 
     states.row[loaded] = trace.rows[d, before][loaded]
     states.side[:] = side
     return states
-
-
-def _locks_at_touch(
-    problem: Problem, tolerance: float, d: Array, touch: Array, side: Array, modes: int
-) -> Array:
-    """Friction (S,) at which the undeformed finger would no longer give way to a target at `touch`.
-
-    The rate of the force there is ``a_x / (a C b)``, and ``a C b`` is linear in the friction.
-    """
-    rate = []
-    for trial in (np.zeros(len(d)), np.copysign(_FIRST_MU, side)):
-        states = make_states(d, touch, np.full(len(d), -1), modes)
-        states.side[:] = trial
-        solve_states(problem, tolerance, states)
-        rate.append(states.row[:, rows.FORCE_RATE])
-    fall = 1.0 - rate[0] / rate[1]
-    return np.where(fall > 0.0, _FIRST_MU / fall, np.inf)
 
 
 def _critical_friction(problem: Problem, tolerance: float, d: Array, row: Array) -> Array:

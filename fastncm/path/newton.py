@@ -79,10 +79,11 @@ def evaluate(problem, lanes):
                     + lanes.tangent[2, lane] * basis.end[k, lane]
                 )
         for lane in range(LANES):
-            u = lanes.u[k, lane]
-            largest[lane] = max(largest[lane], abs(u))
+            largest[lane] = max(largest[lane], abs(lanes.u[k, lane]))
+        for lane in range(LANES):
             slack[lane] = max(slack[lane], abs(lanes.down[k, lane]))
-            moved[lane] += lanes.jacobian[k, lane] * u
+        for lane in range(LANES):
+            moved[lane] += lanes.jacobian[k, lane] * lanes.u[k, lane]
     for lane in range(LANES):
         stationarity = slack[lane] / max(largest[lane], c.GAP_ROUNDING)
         deflection = max(abs(moved[lane]), c.GAP_ROUNDING)
@@ -317,8 +318,13 @@ def correct(problem, lanes, tolerance, most):
             break
     for lane in range(LANES):
         if lanes.active[lane]:
-            lanes.good[lane] = lanes.force[lane] >= 0.0 and (
-                lanes.residual[lane] <= tolerance
-                or abs(lanes.gap[c.GAP, lane]) <= c.GAP_ROUNDING
-                and lanes.residual[lane] <= c.GRAZING
+            on_branch = lanes.mu[lane] == 0.0 or lanes.determinant[lane] > 0.0
+            lanes.good[lane] = (
+                on_branch
+                and lanes.force[lane] >= 0.0
+                and (
+                    lanes.residual[lane] <= tolerance
+                    or abs(lanes.gap[c.GAP, lane]) <= c.GAP_ROUNDING
+                    and lanes.residual[lane] <= c.GRAZING
+                )
             )

@@ -28,8 +28,9 @@ from fastncm.sqp import status
     ESTIMATE,
     ITERATIONS,
     STATUS,
-) = range(15)
-COLUMNS = 15
+    STATUS_IN,
+) = range(16)
+COLUMNS = 16
 
 
 @inlined
@@ -116,6 +117,8 @@ def summarise(table, positions, design, mu, out):
                 state = status.NO_EQUILIBRIUM
             if state != status.CONVERGED and state != status.NO_CONTACT:
                 worst = worst if worst > 0 else state
+                if sense == inward and out[case, STATUS_IN] == 0.0:
+                    out[case, STATUS_IN] = state
                 before = -1
                 continue
             if state == status.NO_CONTACT:

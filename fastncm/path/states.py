@@ -71,6 +71,7 @@ def _load(problem, states, first, lanes):
             lanes.hold[lane] = states.hold[i]
             lanes.force[lane] = states.force[i]
             lanes.side[lane] = states.side[i]
+            lanes.mu[lane] = abs(states.side[i])
             lanes.rub[lane] = states.side[i] * states.force[i]
             lanes.rubs[0] = lanes.rubs[0] or states.side[i] != 0.0
             for k in range(lanes.u.shape[0]):

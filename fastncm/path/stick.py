@@ -42,26 +42,28 @@ def begin_contact(problem, lanes, walk, lane):
 
 
 @inner
-def locks_at_touch(problem, lanes, walk, lane, sense):
-    """True where the undeformed finger of `lane`, touched by a target that goes on in `sense`, does
-    not give way: the determinant of `path.tip` is negative from the start.
+def locking_friction(problem, lanes, walk, lane, sense):
+    """Friction from which on the undeformed finger of `lane`, touched by a target that goes on in
+    `sense`, does not give way (infinite: it always does).
 
-    After `begin_contact`. The undeformed finger's flexibility is ``J J^T``, with dx/du = 0.
+    After `begin_contact`. There the determinant of `path.tip` is ``a C b``, linear in the friction,
+    with the undeformed finger's flexibility ``C = J J^T`` and dx/du = 0.
     """
     gap = lanes.gap[:, lane]
-    side = walk.side[lane] * sense
+    side = sense if walk.side[lane] > 0.0 else -sense
     arm_x, arm_y = gap[c.PX] - 1.0, gap[c.PY]
-    push_y = gap[c.GY] + side * gap[c.GX]
-    push_turn = gap[c.GP] + side * (arm_x * gap[c.GX] + arm_y * gap[c.GY])
+    drag_y, drag_turn = side * gap[c.GX], side * (arm_x * gap[c.GX] + arm_y * gap[c.GY])
     slope, end, weights = lanes.basis.slope, lanes.basis.end, problem.rule.weights
-    total = 0.0
+    give, drag = 0.0, 0.0
     for k in range(end.shape[0]):
         rise = 0.0
         for q in range(weights.shape[0]):
             rise += weights[q] * slope[k, q, lane]
         turn = end[k, lane]
-        total += (gap[c.GY] * rise + gap[c.GP] * turn) * (push_y * rise + push_turn * turn)
-    return total <= 0.0
+        opens = gap[c.GY] * rise + gap[c.GP] * turn
+        give += opens * opens
+        drag += opens * (drag_y * rise + drag_turn * turn)
+    return -give / drag if drag < 0.0 else np.inf
 
 
 @inner

@@ -27,6 +27,8 @@ last system. It is positive at first touch and changes its sign at a limit point
 it is positive at minima (Nocedal & Wright 2006, th. 16.3).
 """
 
+import numpy as np
+
 from fastncm.kernels import constants as c
 from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
@@ -84,12 +86,15 @@ def prepare(lanes):
     for lane in range(LANES):
         # the pivots are kept as 1 / U: the sign is what counts
         lanes.determinant[lane] = (
-            (1.0 - 2.0 * (lanes.negative[lane] % 2.0))
-            * lanes.moved[lane]
+            lanes.moved[lane]
             * lanes.small[0, 0, lane]
             * lanes.small[1, 1, lane]
             * lanes.small[2, 2, lane]
         )
+    for lane in range(LANES):
+        half = 0.5 * lanes.negative[lane]
+        odd = half != np.floor(half)
+        lanes.determinant[lane] = -lanes.determinant[lane] if odd else lanes.determinant[lane]
 
 
 @inlined

@@ -117,8 +117,11 @@ def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
             if lanes.mu[lane] > 0.0:
                 stick.begin_contact(problem, lanes, walk, lane)
                 sense = np.sign(t - walk.t[lane])
-                walk.lost[lane] = stick.locks_at_touch(problem, lanes, walk, lane, sense)
-                if walk.lost[lane]:
+                limit = stick.locking_friction(problem, lanes, walk, lane, sense)
+                if limit <= lanes.mu[lane]:
+                    walk.lost[lane] = True
+                    if trace.ends[d, END_MU] == 0.0:
+                        trace.ends[d, END_MU] = limit
                     continue
         start[lane] = walk.t[lane]
         moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / longest)))

@@ -18,6 +18,14 @@ VARIANTS = {
     "tapered": {"finger.thickness": [0.0032, 0.0016]},
     "shear": {"model.shear": True},
     "tapered with shear": {"finger.thickness": [0.0032, 0.0016], "model.shear": True},
+    "friction": {"friction.mu": 0.2},
+    "much friction": {"friction.mu": 0.6},
+    "shear and friction": {"model.shear": True, "friction.mu": 0.3},
+    "slightly tapered with shear and friction": {
+        "finger.thickness": [0.0040, 0.0028],
+        "model.shear": True,
+        "friction.mu": 0.3,
+    },
 }
 
 
