@@ -22,10 +22,10 @@ def ellipse_distance(a, b, x, y):
     """Distance to the ellipse with the semi-axes `a` along x and `b` along y; a circle is one.
 
     With the longer semi-axis p along u, the shorter one q along v, and ``f = p^2 - q^2``, the
-    closest point is ``(p^2 u / (w + f), q^2 v / w)`` where ``F(w) = (p u / (w + f))^2 + (q v / w)^2 - 1``
-    is zero (D. Eberly, "Distance from a Point to an Ellipse"; w = t + q^2). F falls and is convex
-    to the right of w = 0, so that Newton's method, once left of the root, climbs to it
-    monotonically. On the longer axis between the centres of curvature there is no root, and two
+    closest point is ``(p^2 u / (w + f), q^2 v / w)``, where ``F(w) = (p u / (w + f))^2 + (q v /
+    w)^2 - 1`` is zero (D. Eberly, "Distance from a Point to an Ellipse"; w = t + q^2). F falls
+    and is convex to the right of w = 0, so that Newton's method, once left of the root, climbs to
+    it monotonically. On the longer axis between the centres of curvature there is no root, and two
     points at the same distance: one of them is taken.
     """
     if a == b:
