@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pytest
 
+from fastncm.kernels.cache import JIT_OFF
 from fastncm.kernels.nodal import NodalProblem
 from fastncm.path import surface_rows
 from fastncm.path.surface_trace import SurfaceTrace
@@ -20,6 +22,10 @@ from fastncm.surface import (
     solve_surfaces,
 )
 
+interpreted = pytest.mark.skipif(
+    not JIT_OFF,
+    reason="functions of the whole state cannot be called from Python where they are compiled",
+)
 RUBBER = load_scene("rubber-ellipse")
 
 
