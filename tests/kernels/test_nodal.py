@@ -65,7 +65,7 @@ def test_nodes_and_gaps(changes: dict) -> None:
 
 
 def test_the_side_that_touches() -> None:
-    """Half a thickness to the right of the axis, seen from clamp to tip; linear from 30 to 17 mm."""
+    """Half a thickness to the right of the axis, from clamp to tip; 30 to 17 mm."""
     problem, state = bent({})
     length = 0.1524
     for j in range(N + 1):
