@@ -67,11 +67,22 @@ class Dense:
             slope = np.append(slope, u[self.intervals :] / self.problem.shear_flexibility[0])
         return slope
 
+    def section_angle(self, u: np.ndarray, j: int) -> float:
+        """psi_j, as printed with the mean of gamma on both sides of the node."""
+        psi, n = self.angles(u)[0], self.intervals
+        if not self.problem.printed_section or not self.shears or j == 0:
+            return float(psi[j])
+        return float(psi[j] + 0.5 * (u[n + j - 1] + u[n + min(j, n - 1)]))
+
     def turn(self, j: int) -> np.ndarray:
-        """d psi_j / du."""
-        row = np.zeros(self.intervals * (1 + self.shears))
+        """Derivative of the section's angle by u."""
+        n = self.intervals
+        row = np.zeros(n * (1 + self.shears))
         if j > 0:
             row[j - 1] = 1.0
+            if self.problem.printed_section and self.shears:
+                row[n + j - 1] += 0.5
+                row[n + min(j, n - 1)] += 0.5
         return row
 
     def move(self, u: np.ndarray, j: int) -> np.ndarray:
@@ -91,9 +102,8 @@ class Dense:
     def contact(self, u: np.ndarray, k: int) -> tuple[np.ndarray, float, np.ndarray]:
         """Place, gap and normal of contact point `k`: a node, a corner, or a target's point."""
         n, state = self.intervals, self.state
-        psi, _ = self.angles(u)
         nodes, j = self.nodes(u), int(state.node[k])
-        along, outward = section(psi[j])
+        along, outward = section(self.section_angle(u, j))
         x, y, angle = self.place
         turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         if k <= n + 1:
@@ -114,15 +124,13 @@ class Dense:
         """Slope of the side against the section's normal at a target's point; 0 of others."""
         if k <= self.intervals + 1:
             return 0.0
-        psi, _ = self.angles(u)
         j = int(self.state.node[k])
-        a = (self.contact(u, k)[0] - self.nodes(u)[j]) @ section(psi[j])[0]
+        a = (self.contact(u, k)[0] - self.nodes(u)[j]) @ section(self.section_angle(u, j))[0]
         _, slope, bend = frozen_side(self.problem, self.state, j)
         return float(slope + bend * a)
 
     def direction(self, u: np.ndarray, k: int, ratio: float) -> np.ndarray:
         """(U,) virtual work of a unit normal force with its friction at contact `k`."""
-        psi, _ = self.angles(u)
         point, _, normal = self.contact(u, k)
         force = normal + ratio * np.array([-normal[1], normal[0]])
         j = int(self.state.node[k])

@@ -5,7 +5,12 @@ import pytest
 from surfaces import lowered_surface
 
 SQUARE = [[-0.1, 0.0], [0.0, -0.07], [0.1, 0.0], [0.0, 0.07]]
-PLANE = {"target.shape": "half-plane", "path.kind": "translation", "path.start": 0.06}
+PLANE = {
+    "target.shape": "half-plane",
+    "path.kind": "translation",
+    "path.start": 0.06,
+    "path.stop": 0.02,
+}
 VARIANTS = [
     {"path.steps": 1 + 2},
     {"finger.side": "left", "finger.offset": 0.0},

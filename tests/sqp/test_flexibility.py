@@ -14,26 +14,45 @@ from fastncm.kernels.nodal import (
     place_axis,
     place_surface,
 )
-from fastncm.sqp.flexibility import Chain, carry_back, carry_flexibility, make_chain
+from fastncm.sqp.flexibility import Chain, make_chain
+from fastncm.sqp.working_set import solve_chain
 
 pytestmark = interpreted
 N = 9
 PLACE = (0.55, -0.42, 0.3)
 SQUARE = [[-0.1, -0.06], [0.1, -0.06], [0.1, 0.06], [-0.1, 0.06]]
 POINTS = {"solver.contact": "points-on-target", "solver.points": 24}
-PLANE = {"target.shape": "half-plane", "path.kind": "translation", "path.start": 0.06}
+PLANE = {
+    "target.shape": "half-plane",
+    "path.kind": "translation",
+    "path.start": 0.06,
+    "path.stop": 0.02,
+}
 FINGERS = {
     "right": {},
     "left": {"finger.side": "left"},
     "axis": {"model.surface": "axis"},
     "no shear": {"model.shear": False},
     "plane": PLANE,
+    "as printed": {"model.section": "psi+gamma"},
+    "as printed, left": {"model.section": "psi+gamma", "finger.side": "left"},
     "points of the target": POINTS,
     "points, left, no shear": POINTS | {"finger.side": "left", "model.shear": False},
     "polygon's corners": {"target.shape": "polygon", "target.vertices": SQUARE},
 }
 #: Contact points that touch: single, neighbours, gaps between, the tip's two corners.
-SETS = {"one": (5,), "run": (4, 5, 6), "tip": (2, N, N + 1), "none": ()}
+SETS = {"one": (5,), "run": (4, 5, 6), "tip": (2, N), "corners": (2, N, N + 1), "none": ()}
+
+
+def cases(fingers: dict, sets: dict) -> pytest.MarkDecorator:
+    """All pairs, but the tip's corners where they are one: without a thickness."""
+    pairs = [
+        pytest.param(changes, touching, id=f"{finger}, {which}")
+        for finger, changes in fingers.items()
+        for which, touching in sets.items()
+        if (finger, which) != ("axis", "corners")
+    ]
+    return pytest.mark.parametrize(("changes", "touching"), pairs)
 
 
 class Step:
@@ -71,9 +90,7 @@ class Step:
         self.dense = Dense(problem, state, PLACE)
 
     def take(self, own: float = 1.0) -> int:
-        excess = carry_flexibility(self.problem, 0, self.state, self.chain, self.size, own)
-        carry_back(self.problem, 0, self.state, self.chain, self.size, own)
-        return excess
+        return solve_chain(self.problem, 0, self.state, self.chain, self.size, own)
 
     @property
     def ratios(self) -> np.ndarray:
@@ -124,21 +141,19 @@ class Step:
         assert (np.delete(chain.force, self.touching) == 0.0).all()
 
 
-@pytest.mark.parametrize("changes", FINGERS.values(), ids=FINGERS)
-@pytest.mark.parametrize("touching", SETS.values(), ids=SETS)
+@cases(FINGERS, SETS)
 def test_step_and_forces(changes: dict, touching: tuple[int, ...]) -> None:
     Step(changes, touching).check()
 
 
-@pytest.mark.parametrize("changes", FINGERS.values(), ids=FINGERS)
-@pytest.mark.parametrize("touching", SETS.values(), ids=SETS)
+@cases(FINGERS, SETS)
 def test_step_with_friction(changes: dict, touching: tuple[int, ...]) -> None:
     """The force's direction is not the gap's gradient: the matrix is not symmetric."""
     Step(changes, touching, mu=0.6).check()
 
 
 @pytest.mark.parametrize("changes", FINGERS.values(), ids=FINGERS)
-@pytest.mark.parametrize("stuck", [(4,), (5,), (6,)])
+@pytest.mark.parametrize("stuck", [(4,), (5,)])
 def test_step_with_sticking_contacts(changes: dict, stuck: tuple[int, ...]) -> None:
     Step(changes, (4, 5, 6), stuck=stuck, mu=0.6).check()
 
@@ -149,23 +164,20 @@ def test_answer_to_a_target_that_comes_nearer(changes: dict, mu: float) -> None:
     Step(changes, (4, 5, 6), mu=mu).check(own=0.0)
 
 
-@pytest.mark.parametrize("load", [0.01, 1.0, 30.0, 200.0])
-@pytest.mark.parametrize("changes", FINGERS.values(), ids=FINGERS)
-def test_negative_pivots_are_negative_eigenvalues(changes: dict, load: float) -> None:
-    """The excess is 0 exactly where the step leads to a minimum: m negative eigenvalues of m + U."""
-    found = set()
-    for seed in range(5):
-        for touching in SETS.values():
-            step = Step(changes, touching, load=load, seed=seed)
-            excess = step.take()
-            matrix, _ = step.system()
-            expected = int((np.linalg.eigvalsh(matrix) < 0.0).sum()) - len(step.touching)
-            assert excess == expected
-            found.add(excess)
-    if load == 0.01:
-        assert found == {0}
-    elif load == 200.0:
-        assert max(found) > 0
+@pytest.mark.parametrize("load", [0.01, 20.0, 200.0])
+@cases({name: FINGERS[name] for name in ("right", "left", "axis", "no shear", "plane")}, SETS)
+def test_negative_pivots_are_negative_eigenvalues(changes, touching, load) -> None:
+    """The excess is 0 where the step leads to a minimum: m of m + U eigenvalues negative."""
+    for seed in range(2):
+        step = Step(changes, touching, load=load, seed=seed)
+        excess = step.take()
+        negative = int((np.linalg.eigvalsh(step.system()[0]) < 0.0).sum())
+        assert excess == negative - len(step.touching)
+        assert load != 0.01 or excess == 0
+
+
+def test_a_large_load_leaves_no_minimum() -> None:
+    assert Step({}, SETS["one"], load=200.0).take() > 0
 
 
 @pytest.mark.parametrize("changes", [{}, {"finger.side": "left"}, PLANE])
