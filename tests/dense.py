@@ -169,7 +169,8 @@ def frozen_side(problem: NodalProblem, state: Nodal, j: int) -> tuple[float, flo
     taper = side * (problem.offset[0, high] - problem.offset[0, low]) / span
     curvature = side * (state.psi[high] - state.psi[low]) / span
     sheared = side * 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
-    return thick, taper + sheared, curvature / (1.0 - curvature * thick)
+    shorter = 1.0 - curvature * thick  # the side per unit of the axis
+    return thick, (taper + sheared) / shorter, curvature / shorter
 
 
 def differences(function, u: np.ndarray) -> np.ndarray:

@@ -97,3 +97,29 @@ def solved_surface(
     lowered = lowered_surface(changes, positions, mu)
     (solved,) = solve_surfaces(lowered, shapes=True)
     return Solved(lowered, solved)
+
+
+def check_equilibrium(solved: Solved, i: int) -> None:
+    """Every interval carries the contact forces beyond its middle, to 1e-9 of the largest."""
+    problem, finger, contacts = solved.problem, solved.finger(i), solved.touching(i)
+    force = np.column_stack([contacts["force_x"], contacts["force_y"]])
+    place = np.column_stack([contacts["x"], contacts["y"]])
+    nodes = np.column_stack([finger["x"], finger["y"]])
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    # a target's point between two sections acts on the nearer one
+    on = np.rint(contacts["s"] * len(problem.step)) / len(problem.step)
+    beyond = on[None, :] > 0.5 * (finger["s"][1:] + finger["s"][:-1])[:, None]
+    arm = place[None, :, :] - middle[:, None, :]
+    turn = arm[:, :, 0] * force[:, 1] - arm[:, :, 1] * force[:, 0]
+    carried = np.where(beyond, turn, 0.0).sum(axis=1)
+    bent = problem.bending[0] * np.diff(finger["psi"])
+    np.testing.assert_allclose(bent, carried, atol=1e-9 * np.abs(bent).max())
+    # at the clamp: half an interval farther than the first middle
+    first = nodes[0]
+    at_clamp = bent[0] + (
+        (middle[0] - first)[0] * force[:, 1].sum() - (middle[0] - first)[1] * force[:, 0].sum()
+    )
+    about = place - first
+    total = (about[:, 0] * force[:, 1] - about[:, 1] * force[:, 0]).sum()
+    assert at_clamp == pytest.approx(total, rel=1e-9)
+    np.testing.assert_allclose(force.sum(axis=0), solved.force[i], rtol=1e-12, atol=1e-13)

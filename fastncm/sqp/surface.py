@@ -113,8 +113,8 @@ def kkt_residual(problem, d, state, size):
     """Largest relative violation of the KKT conditions of an evaluated state, from scratch.
 
     Moment and shear angle of each interval against those of the contact forces beyond it, over the
-    largest; penetration, slide of what sticks and ``lambda g`` over the mean deflection at the
-    contacts, ``2 V / sum lambda``; a negative multiplier over the largest. NaN where any is.
+    largest; penetration, slide of what sticks and ``lambda g``, beyond rounding, over the mean
+    deflection at the contacts, ``2 V / sum lambda``; a negative multiplier over the largest. NaN where any is.
     """
     moment, shear, total, largest = ROUNDING, ROUNDING, 0.0, 0.0
     for k in range(state.force.shape[0]):
@@ -134,13 +134,13 @@ def kkt_residual(problem, d, state, size):
     residual = max(slack / moment, sheared_slack / shear)
     deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
     for k in range(1, state.force.shape[0]):
-        residual = max(residual, -state.gap[k] / deflection)
+        residual = max(residual, (-state.gap[k] - ROUNDING) / deflection)
         if state.force[k] != 0.0:
             share = abs(state.force[k]) / largest
-            residual = max(residual, abs(state.gap[k]) / deflection * share)
+            residual = max(residual, (abs(state.gap[k]) - ROUNDING) / deflection * share)
             residual = max(residual, -state.force[k] / largest)
             if state.stuck[k]:
-                residual = max(residual, abs(state.slide[k]) / deflection * share)
+                residual = max(residual, (abs(state.slide[k]) - ROUNDING) / deflection * share)
     return residual if np.isfinite(energy + total) else np.nan
 
 

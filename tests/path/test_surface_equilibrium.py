@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from surfaces import RUBBER, Solved, solved_surface
+from surfaces import RUBBER, check_equilibrium, solved_surface
 
 pytestmark = pytest.mark.compiled
 ANGLES = np.radians([124.0, 108.0, 93.0, 80.0])
@@ -14,32 +14,6 @@ VARIANTS = {
     "as printed": {"model.section": "psi+gamma"},
     "points of the target": POINTS,
 }
-
-
-def check_equilibrium(solved: Solved, i: int) -> None:
-    """Every interval carries the contact forces beyond its middle, to 1e-9 of the largest."""
-    problem, finger, contacts = solved.problem, solved.finger(i), solved.touching(i)
-    force = np.column_stack([contacts["force_x"], contacts["force_y"]])
-    place = np.column_stack([contacts["x"], contacts["y"]])
-    nodes = np.column_stack([finger["x"], finger["y"]])
-    middle = 0.5 * (nodes[1:] + nodes[:-1])
-    # a target's point between two sections acts on the nearer one
-    on = np.rint(contacts["s"] * len(problem.step)) / len(problem.step)
-    beyond = on[None, :] > 0.5 * (finger["s"][1:] + finger["s"][:-1])[:, None]
-    arm = place[None, :, :] - middle[:, None, :]
-    turn = arm[:, :, 0] * force[:, 1] - arm[:, :, 1] * force[:, 0]
-    carried = np.where(beyond, turn, 0.0).sum(axis=1)
-    bent = problem.bending[0] * np.diff(finger["psi"])
-    np.testing.assert_allclose(bent, carried, atol=1e-9 * np.abs(bent).max())
-    # at the clamp: half an interval farther than the first middle
-    first = nodes[0]
-    at_clamp = bent[0] + (
-        (middle[0] - first)[0] * force[:, 1].sum() - (middle[0] - first)[1] * force[:, 0].sum()
-    )
-    about = place - first
-    total = (about[:, 0] * force[:, 1] - about[:, 1] * force[:, 0]).sum()
-    assert at_clamp == pytest.approx(total, rel=1e-9)
-    np.testing.assert_allclose(force.sum(axis=0), solved.force[i], rtol=1e-12, atol=1e-13)
 
 
 @pytest.mark.parametrize("intervals", [4, 17, 90, 1000, 10_000])

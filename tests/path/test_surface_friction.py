@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from surfaces import Solved, solved_surface
-from test_surface_equilibrium import check_equilibrium
+from surfaces import Solved, check_equilibrium, solved_surface
 
 pytestmark = pytest.mark.compiled
 MU = 0.5
