@@ -114,7 +114,8 @@ def kkt_residual(problem, d, state, size):
 
     Moment and shear angle of each interval against those of the contact forces beyond it, over the
     largest; penetration, slide of what sticks and ``lambda g``, beyond rounding, over the mean
-    deflection at the contacts, ``2 V / sum lambda``; a negative multiplier over the largest. NaN where any is.
+    deflection at the contacts, ``2 V / sum lambda``; a negative multiplier over the largest. NaN
+    where any is.
     """
     moment, shear, total, largest = ROUNDING, ROUNDING, 0.0, 0.0
     for k in range(state.force.shape[0]):

@@ -52,17 +52,17 @@ def test_cone_and_equilibrium(changes: dict, back: bool) -> None:
         assert (ratios > MU * (1.0 - 1e-9)).sum() >= len(ratios) - solved.sticking[i]
 
 
-def test_friction_resists_in_both_senses() -> None:
-    """The work against the target is more than without friction, whichever way it goes."""
-    for angles in (DOWN, DOWN[::-1]):
-        sense = np.sign(angles[1] - angles[0])
-        free, rough = (solved_surface(COARSE, angles, mu) for mu in (0.0, MU))
-        work = [np.trapezoid(one.work_rate, angles) * 1.0 for one in (free, rough)]
-        gain = [one.energy[-1] - one.energy[0] for one in (free, rough)]
-        # work_rate is along the scene's own path, which goes down
-        losses = [-sense * w - e for w, e in zip(work, gain, strict=True)]
-        assert abs(losses[0]) < 0.05 * losses[1]
-        assert losses[1] > 0.0
+@pytest.mark.parametrize("angles", [DOWN, DOWN[::-1]])
+def test_friction_takes_work_in_both_senses(angles: np.ndarray) -> None:
+    """What the target puts in beyond the strain energy: nothing without friction."""
+    losses = []
+    for mu in (0.0, MU):
+        solved = solved_surface(COARSE, angles, mu)
+        assert solved.converged.all()
+        # work_rate: of a target that goes the scene's own way, downwards in angle
+        work = -np.trapezoid(solved.work_rate, angles)
+        losses.append(work - (solved.energy[-1] - solved.energy[0]))
+    assert abs(losses[0]) < 0.02 * losses[1]
 
 
 def slips(solved: Solved) -> np.ndarray:
@@ -117,7 +117,7 @@ def test_on_reversal_contacts_stick_first_and_then_slip() -> None:
     assert solved.converged.all()
     first = len(down)
     assert solved.sticking[first - 1] == 0
-    assert solved.sticking[first] == solved.contacts[first]
+    assert solved.sticking[first] >= 0.8 * solved.contacts[first]  # ends that are let go slip
     assert np.linalg.norm(solved.force[first] - solved.force[first - 1]) < 1e-3
     assert solved.sticking[-1] == 0
     # fully slipping, the past is forgotten
