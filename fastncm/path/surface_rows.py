@@ -1,16 +1,17 @@
 """What is kept of each solved position of a finger in direct contact.
 
-The error estimate has three parts. A node touches where the target would touch between two: the
+The error estimate has four parts. A node touches where the target would touch between two: the
 finger is held off by up to an eighth of the second difference of the gaps around the ends of the
 contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
-moves a contact by their sum. And what the iteration left. What a move of all contacts along their
-normals does to the force is one pass along the finger.
+moves a contact by their sum. Forces act on nodes (`path.misplaced`). And what the iteration left.
+What a move of all contacts along their normals does to the force is one pass along the finger.
 """
 
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
+from fastncm.path.misplaced import misplaced_forces
 from fastncm.sqp.surface import kkt_residual, strain_energy
 from fastncm.sqp.working_set import solve_chain
 
@@ -44,7 +45,7 @@ from fastncm.sqp.working_set import solve_chain
 COLUMNS = 24
 
 #: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
-SAFETY = 2.0
+SAFETY = 2.1
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
 ALGEBRAIC, FORCE_ROUNDING = 10.0, 1e-12
 
@@ -87,7 +88,8 @@ def _estimate(problem, d, work, normal, residual):
         shortened += problem.step[i - 1] * turned * turned / 24.0
     moved = held_off + shortened
     stiffness = abs(_stiffness(problem, d, work))
-    return SAFETY * stiffness * moved / normal + ALGEBRAIC * residual + FORCE_ROUNDING
+    change = stiffness * moved + misplaced_forces(problem, state)
+    return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 
 @inner
