@@ -1,10 +1,12 @@
 """What is kept of each solved position of a finger in direct contact.
 
-The error estimate has four parts. A node touches where the target would touch between two: the
+The error estimate has five parts. A node touches where the target would touch between two: the
 finger is held off by up to an eighth of the second difference of the gaps around the ends of the
 contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
-moves a contact by their sum. Forces act on nodes (`path.misplaced`). And what the iteration left.
-What a move of all contacts along their normals does to the force is one pass along the finger.
+moves a contact by their sum. The energy is a midpoint rule, which misses the second differences of
+``M^2 / B``: so much the finger is too stiff. Forces act on nodes (`path.misplaced`). And what the
+iteration left. What a move of all contacts along their normals does to the force is one pass along
+the finger.
 """
 
 import numpy as np
@@ -82,13 +84,18 @@ def _estimate(problem, d, work, normal, residual):
         if state.force[k] > 0.0:
             bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
             held_off = max(held_off, 0.125 * abs(bend))
-    shortened = 0.0
+    shortened, missed, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(1, work.size[0] + 1):
         turned = state.psi[i] - state.psi[i - 1]
         shortened += problem.step[i - 1] * turned * turned / 24.0
+        bent = problem.bending[d, i - 1] * turned * turned
+        if i > 2:
+            missed += abs(bent - 2.0 * last + before) / 24.0
+        before, last = last, bent
+        energy += bent
     moved = held_off + shortened
     stiffness = abs(_stiffness(problem, d, work))
-    change = stiffness * moved + misplaced_forces(problem, state)
+    change = stiffness * moved + normal * missed / energy + misplaced_forces(problem, state)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 
