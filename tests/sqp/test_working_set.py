@@ -44,9 +44,9 @@ class Program:
         dense = Dense(self.problem, self.state, place)
         u = dense.unknowns()
         count = len(self.state.gap)
-        self.points = [
-            k for k in range(1, count) if self.state.gap[k] < FAR and self.state.node[k] > 0
-        ]
+        over = (self.state.gap < FAR) & (self.state.node > 0)
+        over[1 : intervals + 2] = True  # all nodes, and of the target's points those over it
+        self.points = np.flatnonzero(over)
         no_forces = np.zeros(count)
         hessian = dense.hessian(u, no_forces, no_forces)
         rows = np.array([dense.direction(u, k, 0.0) for k in self.points]).reshape(-1, len(u))
@@ -62,7 +62,7 @@ class Program:
 
     def solve(self, touching: np.ndarray) -> tuple[np.ndarray, int]:
         self.chain.touching[:] = False
-        self.chain.touching[np.array(self.points)[touching]] = True
+        self.chain.touching[self.points[touching]] = True
         self.chain.force[:] = 0.0
         excess, passes = solve_subproblem(self.problem, 0, self.state, self.chain, self.size)
         assert excess != UNSETTLED
