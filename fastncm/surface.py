@@ -146,7 +146,7 @@ def _problem(scene: Scene, different: Array, sense: Array, positions: Array | No
             path = np.hstack([path, path[:, -2::-1]])
     else:
         path = np.asarray(positions)[None, :] / (np.ones(count) if turns else length)[:, None]
-    path = np.ascontiguousarray(np.broadcast_to(path, (count, path.shape[1])))
+    path = np.broadcast_to(path, (count, path.shape[1])).copy()
     vertices = _vertices(scene, semi_x, semi_y, length)
     base = path if turns else np.broadcast_to(path_angle[:, None], path.shape)
     x = path_x[:, None] + speed[:, None] * (path - 0.5 * np.pi) if turns else path
@@ -169,7 +169,7 @@ def _problem(scene: Scene, different: Array, sense: Array, positions: Array | No
         positions=path,
         placement=placement,
         motion=motion,
-        base=np.ascontiguousarray(base),
+        base=np.array(base),  # writeable, as the others: compiled code is made for one kind
         arm=np.ascontiguousarray(offset),
         mu=np.ascontiguousarray(mu) if scene.friction.model == "equilibrium" else np.zeros(count),
         left=int(left),

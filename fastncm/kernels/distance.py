@@ -21,42 +21,49 @@ _STEPS = 60
 def ellipse_distance(a, b, x, y):
     """Distance to the ellipse with the semi-axes `a` along x and `b` along y; a circle is one.
 
-    The closest point is ``(a^2 x / (t + a^2), b^2 y / (t + b^2))`` where ``F(t) = (a x / (t +
-    a^2))^2 + (b y / (t + b^2))^2 - 1`` is zero (D. Eberly, "Distance from a Point to an Ellipse").
-    F falls and is convex to the right of its last pole, so that Newton's method, once left of the
-    root, climbs to it monotonically.
+    With the longer semi-axis p along u, the shorter one q along v, and ``f = p^2 - q^2``, the
+    closest point is ``(p^2 u / (w + f), q^2 v / w)``, where ``F(w) = (p u / (w + f))^2 + (q v /
+    w)^2 - 1`` is zero (D. Eberly, "Distance from a Point to an Ellipse"; w = t + q^2). F falls
+    and is convex to the right of w = 0, so that Newton's method, once left of the root, climbs to
+    it monotonically. On the longer axis between the centres of curvature there is no root, and two
+    points at the same distance: one of them is taken.
     """
     if a == b:
         distance = np.sqrt(x * x + y * y)
         inverse = 1.0 / distance if distance > 0.0 else 0.0
         nx, ny = (x * inverse, y * inverse) if distance > 0.0 else (0.0, 1.0)
         return distance - a, nx, ny, inverse
-    u, v = abs(x), abs(y)
-    aa, bb = a * a, b * b
-    # F >= 0 at this t, since one of its summands is 1 there; near the surface, the first Newton
-    # step from t = 0 is closer, and never beyond the root either
-    t = max(a * u - aa, b * v - bb, -min(aa, bb) * (1.0 - 1e-12))
-    fx, fy = u / a, v / b
-    slope = -2.0 * (fx * fx / aa + fy * fy / bb)
+    wide = a > b
+    u, v = (abs(x), abs(y)) if wide else (abs(y), abs(x))
+    p, q = (a, b) if wide else (b, a)
+    pp, qq = p * p, q * q
+    focal = pp - qq
+    # F >= 0 at this w, since one of its summands is 1 there; near the surface, the first Newton
+    # step from w = q^2 is closer, and never beyond the root either
+    w = max(p * u - focal, q * v)
+    fu, fv = u / p, v / q
+    slope = -2.0 * (fu * fu / pp + fv * fv / qq)
     if slope < 0.0:
-        t = max(t, -(fx * fx + fy * fy - 1.0) / slope)
-    for _ in range(_STEPS):
-        p, q = 1.0 / (t + aa), 1.0 / (t + bb)
-        fx, fy = a * u * p, b * v * q
-        f = fx * fx + fy * fy - 1.0
-        slope = -2.0 * (fx * fx * p + fy * fy * q)
-        if slope == 0.0:
-            break
-        step = -f / slope
-        t += step
-        if abs(step) <= 1e-16 * min(aa, bb) or f <= 0.0:
-            break
-    cx, cy = aa * u / (t + aa), bb * v / (t + bb)
-    gx, gy = cx / aa, cy / bb
-    steep = np.sqrt(gx * gx + gy * gy)
-    nx, ny = gx / steep, gy / steep
-    g = (u - cx) * nx + (v - cy) * ny
-    curvature = 1.0 / (aa * bb * steep**3)
+        w = max(w, qq - (fu * fu + fv * fv - 1.0) / slope)
+    if w > 0.0:
+        for _ in range(_STEPS):
+            far, near = 1.0 / (w + focal), 1.0 / w
+            fu, fv = p * u * far, q * v * near
+            f = fu * fu + fv * fv - 1.0
+            step = 0.5 * f / (fu * fu * far + fv * fv * near)
+            w += step
+            if abs(step) <= 1e-16 * w or f <= 0.0:
+                break
+        cu, cv = pp * u / (w + focal), qq * v / w
+    else:
+        cu = pp * u / focal
+        cv = q * np.sqrt(max(0.0, 1.0 - (cu / p) ** 2))
+    gu, gv = cu / pp, cv / qq
+    steep = np.sqrt(gu * gu + gv * gv)
+    nu, nv = gu / steep, gv / steep
+    g = (u - cu) * nu + (v - cv) * nv
+    curvature = 1.0 / (pp * qq * steep**3)
+    nx, ny = (nu, nv) if wide else (nv, nu)
     nx, ny = np.copysign(nx, x), np.copysign(ny, y)
     return g, nx, ny, curvature / (1.0 + curvature * g)
 

@@ -266,7 +266,8 @@ def _place_target_point(problem, d, k, state):
     taper = side * (problem.offset[d, high] - problem.offset[d, low]) / length
     turn = side * (state.psi[high] - state.psi[low]) / length
     bend = turn / (1.0 - turn * thick)
-    slope = taper + side * 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
+    sheared = side * 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
+    slope = (taper + sheared) / (1.0 - turn * thick)  # the side is shorter than the axis inside
     dx, dy = state.px[k] - state.x[j], state.py[k] - state.y[j]
     ex, ey = state.section_cos[j], state.section_sin[j]
     ox, oy = -side * ey, side * ex

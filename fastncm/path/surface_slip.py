@@ -29,10 +29,11 @@ def _slip(state, kept, motion, x, y, k):
 
 
 @inner
-def choose_senses(state, motion, x, y):
-    """A first guess for points that do not touch yet: the target moves, the finger stands."""
+def choose_senses(state, motion, x, y, afresh):
+    """A first guess for points that do not touch yet, or `afresh` for all: the target moves, the
+    finger stands."""
     for k in range(state.force.shape[0]):
-        if state.force[k] == 0.0:
+        if afresh or state.force[k] == 0.0:
             state.stuck[k], state.shear[k] = False, 0.0
             vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
             slip = vy * state.nx[k] - vx * state.ny[k]

@@ -26,6 +26,8 @@ _LONGEST_MOVE, _SHORTEST_SHARE = 0.1, 1e-4
 _ITERATIONS = 25
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
+#: Slide (of the position) that settles which contacts slide and which stick.
+_SLIDE = 1e-3
 #: Farthest (finger lengths) that a target is moved aside to come from a place without contact.
 _FARTHEST = 64.0
 
@@ -151,7 +153,7 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     angle = walk.place[2] + share * walk.move[2]
     motion = (share * walk.move[0], share * walk.move[1], share * walk.move[2])
     if mu > 0.0:
-        choose_senses(state, motion, x, y)
+        choose_senses(state, motion, x, y, False)
     result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
     if mu == 0.0 or result != status.CONVERGED:
         return result, total
@@ -194,6 +196,25 @@ def _approach(problem, d, walk, mu, tolerance, trace):
         share *= 0.25
         if share < _SHORTEST_SHARE:
             return result, total
+
+
+@inner
+def _slide_in(problem, d, goal, i, walk, tolerance, trace):
+    """Put friction on a finger that was solved without at the `goal` of position `i`, as if the
+    target had slid for long. Returns ``(status, iterations)``."""
+    work = walk.work
+    for c in range(3):
+        walk.move[c] = _SLIDE * problem.motion[d, i, c]
+        walk.place[c] = goal[c] - walk.move[c]
+    motion = (walk.move[0], walk.move[1], walk.move[2])
+    x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+    choose_senses(work.state, motion, x, y, True)
+    result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+    if result != status.CONVERGED:
+        return result, total
+    _copy_state(work.state, walk.kept)
+    result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+    return result, total + count
 
 
 @inner
@@ -275,10 +296,7 @@ def _trace_one(problem, d, walk, tolerance, trace):
         result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
         if result == status.CONVERGED and mu != problem.mu[d]:
             # how the finger came here is not known: the target slides along its path
-            for c in range(3):
-                walk.move[c] = 1e-9 * problem.motion[d, i, c]
-                walk.place[c] = goal[c] - walk.move[c]
-            result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+            result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
             iterations += count
         touching = result == status.CONVERGED
         if not touching:

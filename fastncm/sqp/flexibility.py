@@ -172,7 +172,7 @@ def _term(s, m, a, b, k, out):
     s, m = _reduce(s, m, column, row, k * inverse, step)
     negative = 0
     if inverse < 0.0:
-        negative = 1 if k < 0.0 else -1
+        negative = 1 if k * _dot(a, b) < 0.0 else -1
     return s, m, negative
 
 
@@ -270,9 +270,8 @@ def carry_flexibility(problem, d, state, chain, size, own):
             c, b, a, e, v, w = contact_terms(state, p, i, mu)
             if force != 0.0:
                 s, m, n = _term(s, m, e, v, force, chain.terms[p, _NORMAL])
-                excess += n
-                s, m, n = _term(s, m, _TURN, w, force, chain.terms[p, _ARM])
-                excess += n
+                s, m, o = _term(s, m, _TURN, w, force, chain.terms[p, _ARM])
+                excess += n + o if p < state.first.shape[0] + 1 else (n + o) % 2
             if chain.touching[p]:
                 gap = state.gap[p] if own == 1.0 else -1.0
                 s, m, n = _hold(s, m, a, c, gap, chain.terms[p, _CONTACT])

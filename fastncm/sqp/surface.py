@@ -141,7 +141,7 @@ def kkt_residual(problem, d, state, size):
             residual = max(residual, (abs(state.gap[k]) - ROUNDING) / deflection * share)
             residual = max(residual, -state.force[k] / largest)
             if state.stuck[k]:
-                residual = max(residual, abs(state.slide[k]) / deflection * share)
+                residual = max(residual, (abs(state.slide[k]) - ROUNDING) / deflection * share)
     return residual if np.isfinite(energy + total) else np.nan
 
 

@@ -1,0 +1,80 @@
+"""How far beside its true place a contact force may act, which only nodes can carry.
+
+A node carries what the finger would carry up to half an interval beside it. A single contact sits
+at the vertex of the parabola through its gap and its neighbours'. At an end of a longer contact, a
+force that stands out from the next two is a point load, between this node and the next; a smooth
+pressure is summed up to its end, and only a small share of it is misplaced. Moving a force along
+the finger changes its arm, and turns it with the target's normal.
+"""
+
+from fastncm.kernels.cache import inlined, inner
+
+#: Relative change of a cantilever's tip force per relative change of its arm, at a given deflection
+#: (``3 E I w / s^3`` and the couple's ``s^2 / 2 E I``), and the misplaced share of a pressure.
+_ARM, _PRESSURE = 1.5, 0.05
+#: The gap of a neighbour that there is not.
+_NONE = 1.0
+
+
+@inlined
+def _place(problem, state, k):
+    return problem.arc[k] if k < problem.arc.shape[0] else state.seen_x[k]
+
+
+@inlined
+def _change(problem, state, k, share, spacing):
+    """Change of the force where `share` of it is moved by `spacing` from point `k`."""
+    turn = abs(state.curvature[k]) + abs(state.bend[k])
+    return share * spacing * (_ARM / _place(problem, state, k) + turn)
+
+
+@inlined
+def _at_single(problem, state, k, first, last):
+    before = state.gap[k - 1] if k > first else _NONE
+    after = state.gap[k + 1] if k < last else _NONE
+    spread = before + after - 2.0 * state.gap[k]
+    if spread <= 0.0:
+        return 0.0
+    beside = k - 1 if k > first else k + 1
+    spacing = abs(_place(problem, state, beside) - _place(problem, state, k))
+    off = min(0.5 * abs(before - after) / spread, 0.5)
+    return _change(problem, state, k, off * state.force[k], spacing)
+
+
+@inlined
+def _at_end(problem, state, k, inward, length):
+    own, beside = state.force[k], state.force[k + inward]
+    third = state.force[k + 2 * inward] if length > 2 else 0.0
+    share = 0.5 * max(0.0, abs(own - beside) - 0.5 * third)
+    if length == 2:  # both ends see the same difference
+        share *= 0.5
+    share += _PRESSURE * min(own, beside)
+    spacing = abs(_place(problem, state, k + inward) - _place(problem, state, k))
+    return _change(problem, state, k, share, spacing)
+
+
+@inner
+def misplaced_forces(problem, state):
+    """Change of the sum of normal forces that comes with the places of contacts, at most."""
+    tip, last = problem.step.shape[0], problem.step.shape[0]
+    first = 1
+    if not problem.nodes_touch:
+        first, last = tip + 2, state.force.shape[0] - 1
+    total, k = 0.0, first
+    while k <= last:
+        if state.force[k] <= 0.0:
+            k += 1
+            continue
+        begin = k
+        while k < last and state.force[k + 1] > 0.0:
+            k += 1
+        length = k - begin + 1
+        if length > 1:
+            total += _at_end(problem, state, begin, 1, length)
+        if k != tip:  # where the finger ends is no matter of discretisation
+            if length > 1:
+                total += _at_end(problem, state, k, -1, length)
+            else:
+                total += _at_single(problem, state, k, first, last)
+        k += 1
+    return total

@@ -1,0 +1,167 @@
+"""The nodal finger against plain NumPy: positions, sides, gaps, energy, carried forces."""
+
+import numpy as np
+import pytest
+from dense import Dense, differences, section
+from surfaces import interpreted, lowered_surface
+
+from fastncm.kernels.nodal import (
+    FAR,
+    Nodal,
+    NodalProblem,
+    carry_forces,
+    contact_direction,
+    make_nodal,
+    next_contact,
+    place_axis,
+    place_surface,
+)
+
+pytestmark = interpreted
+N = 8
+PLACE = (0.55, -0.42, 0.3)
+SQUARE = [[-0.1, -0.06], [0.1, -0.06], [0.1, 0.06], [-0.1, 0.06]]
+POINTS = {"solver.contact": "points-on-target", "solver.points": 24}
+VARIANTS = {
+    "right": {},
+    "left": {"finger.side": "left"},
+    "axis": {"model.surface": "axis"},
+    "no shear": {"model.shear": False},
+    "points of the target": POINTS,
+    "points, left": POINTS | {"finger.side": "left"},
+    "polygon's corners": {"target.shape": "polygon", "target.vertices": SQUARE},
+}
+
+
+def bent(changes: dict, seed: int = 1, place=PLACE) -> tuple[NodalProblem, Nodal]:
+    """A finger of N intervals with random angles, evaluated."""
+    problem = lowered_surface({"solver.intervals": N} | changes).problem
+    state, rng = make_nodal(problem), np.random.default_rng(seed)
+    state.psi[1:] = np.cumsum(rng.normal(0.03, 0.05, N))
+    if problem.shear_flexibility.max() > 0.0:
+        state.gamma[1:] = rng.normal(0.0, 0.03, N)
+    place_axis(problem, state, N)
+    place_surface(problem, 0, *place, state, np.inf)
+    return problem, state
+
+
+@pytest.mark.parametrize("changes", VARIANTS.values(), ids=VARIANTS)
+def test_nodes_and_gaps(changes: dict) -> None:
+    problem, state = bent(changes)
+    dense = Dense(problem, state, PLACE)
+    u = dense.unknowns()
+    nodes = dense.nodes(u)
+    np.testing.assert_allclose(np.column_stack([state.x, state.y]), nodes, atol=1e-15)
+    compared = 0
+    for k in range(len(state.gap)):
+        if state.gap[k] == FAR:
+            continue
+        point, gap, normal = dense.contact(u, k)
+        np.testing.assert_allclose([state.px[k], state.py[k]], point, atol=1e-15)
+        assert state.gap[k] == pytest.approx(gap, abs=1e-14)
+        np.testing.assert_allclose([state.nx[k], state.ny[k]], normal, atol=1e-13)
+        compared += 1
+    assert compared >= 5
+
+
+def test_the_side_that_touches() -> None:
+    """Half a thickness to the right of the axis, from clamp to tip; 30 to 17 mm."""
+    problem, state = bent({})
+    length = 0.1524
+    for j in range(N + 1):
+        _, left = section(state.psi[j])
+        half = 0.5 * (0.030 + (0.017 - 0.030) * j / N) / length
+        expected = np.array([state.x[j], state.y[j]]) - half * left
+        np.testing.assert_allclose([state.px[j], state.py[j]], expected, atol=1e-15)
+    other = np.array([state.x[N], state.y[N]]) + half * left
+    np.testing.assert_allclose([state.px[N + 1], state.py[N + 1]], other, atol=1e-15)
+
+
+def test_beyond_the_last_node_that_takes_part_the_finger_is_straight() -> None:
+    problem, state = bent({})
+    place_axis(problem, state, 5)
+    assert (state.psi[5:] == state.psi[5]).all()
+    assert (state.gamma[6:] == 0.0).all()
+    direction = section(state.psi[5])[0] / N
+    for j in range(6, N + 1):
+        step = [state.x[j] - state.x[j - 1], state.y[j] - state.y[j - 1]]
+        np.testing.assert_allclose(step, direction, atol=1e-15)
+
+
+@pytest.mark.parametrize("changes", VARIANTS.values(), ids=VARIANTS)
+def test_gradient_of_the_gaps(changes: dict) -> None:
+    """The gap's change is the normal times the contact's move with its section."""
+    problem, state = bent(changes)
+    dense = Dense(problem, state, PLACE)
+    u = dense.unknowns()
+    for k in range(1, len(state.gap)):
+        j = int(state.node[k])
+        point, _, normal = dense.contact(u, k)
+        if state.gap[k] == FAR or j == 0:
+            continue
+        # what scales the height over the side is held fixed
+        steep = np.hypot(1.0, dense.steepness(u, k))
+        expected = differences(
+            lambda v, k=k: np.array(dense.contact(v, k)[1] * np.hypot(1.0, dense.steepness(v, k))),
+            u,
+        )
+        arm = point - [state.x[j], state.y[j]]
+        lever = arm[0] * normal[1] - arm[1] * normal[0]
+        ours = normal @ dense.move(u, j) + lever * dense.turn(j)
+        np.testing.assert_allclose(ours, expected / steep, atol=1e-9)
+
+
+def test_a_far_point_keeps_a_lower_bound_of_its_gap() -> None:
+    """Points that are certainly beyond the margin are not looked at again; the bound holds."""
+    problem, state = bent({}, place=(0.5, -0.9, 0.3))
+    state.psi[1:] += 0.01 * np.arange(1, N + 1)
+    place_axis(problem, state, N)
+    place_surface(problem, 0, 0.52, -0.88, 0.35, state, 0.01)
+    _, exact = bent({}, place=(0.52, -0.88, 0.35))
+    exact.psi[:] = state.psi
+    place_axis(problem, exact, N)
+    exact.seen[:] = -np.inf
+    place_surface(problem, 0, 0.52, -0.88, 0.35, exact, np.inf)
+    assert (state.gap < exact.gap).any()
+    assert (state.gap <= exact.gap + 1e-15).all()
+    assert (state.gap > 0.01).all()
+
+
+@pytest.mark.parametrize("changes", VARIANTS.values(), ids=VARIANTS)
+def test_carried_forces_and_moments(changes: dict) -> None:
+    problem, state = bent(changes)
+    problem = problem._replace(mu=np.array([0.4]))
+    rng = np.random.default_rng(3)
+    far = state.gap == FAR
+    state.force[:] = np.where(far | (state.node == 0), 0.0, rng.uniform(0.0, 2.0, len(state.force)))
+    state.along[:] = rng.choice([-1.0, 1.0], len(state.along))
+    at_clamp = carry_forces(problem, 0, state, N)
+    pushes = np.zeros((len(state.force), 2))
+    for k in np.flatnonzero(state.force):
+        n = np.array([state.nx[k], state.ny[k]])
+        pushes[k] = state.force[k] * (n + 0.4 * state.along[k] * np.array([-n[1], n[0]]))
+        np.testing.assert_allclose(contact_direction(state, k, 0.4), pushes[k] / state.force[k])
+    nodes = np.column_stack([state.x, state.y])
+    for i in range(1, N + 1):
+        beyond = state.node >= i
+        np.testing.assert_allclose(
+            [state.fx[i], state.fy[i]], pushes[beyond].sum(axis=0), atol=1e-13
+        )
+        middle = 0.5 * (nodes[i - 1] + nodes[i])
+        arm = np.column_stack([state.px, state.py])[beyond] - middle
+        moment = (arm[:, 0] * pushes[beyond, 1] - arm[:, 1] * pushes[beyond, 0]).sum()
+        assert state.moment[i] == pytest.approx(moment, abs=1e-13)
+    moment = (state.px * pushes[:, 1] - state.py * pushes[:, 0]).sum()
+    assert at_clamp == pytest.approx(moment, abs=1e-13)
+
+
+def test_every_contact_point_is_met_once() -> None:
+    _, state = bent(POINTS)
+    met = []
+    for j in range(N + 1):
+        k = next_contact(state, -1, j)
+        while k >= 0:
+            assert state.node[k] == j
+            met.append(k)
+            k = next_contact(state, k, j)
+    assert sorted(met) == list(range(len(state.gap)))

@@ -1,0 +1,134 @@
+"""Targets of other shapes and forms of the constraints against each other and beam theory."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+from surfaces import RUBBER, Solved, solved_surface
+
+pytestmark = pytest.mark.compiled
+ANGLES = np.radians([120.0, 102.0, 84.0])
+LENGTH, OFFSET = RUBBER.finger.length, RUBBER.finger.offset
+THICK = 0.01
+TILT = 0.05
+
+
+def relative_error(solved: Solved, truth: Solved) -> float:
+    assert solved.converged.all()
+    return float(
+        (
+            np.linalg.norm(solved.force - truth.force, axis=1) / np.linalg.norm(truth.force, axis=1)
+        ).max()
+    )
+
+
+def test_points_of_the_target_converge_to_points_of_the_finger() -> None:
+    """(10b) becomes (10a) with M; what is left is the discretisation of the axis."""
+    fine = {"solver.intervals": 720}
+    truth = solved_surface(fine, ANGLES)
+    points = {"solver.contact": "points-on-target"}
+    errors = [
+        relative_error(solved_surface(fine | points | {"solver.points": m}, ANGLES), truth)
+        for m in (150, 600, 2400)
+    ]
+    assert errors[2] < 2e-4
+    assert errors[2] < 0.3 * errors[0]
+
+
+def test_a_many_sided_polygon_becomes_the_ellipse() -> None:
+    a, b = RUBBER.target.semi_axes
+    truth = solved_surface({"solver.intervals": 360}, ANGLES)
+    errors = []
+    for sides in (30, 120, 480):
+        t = 2.0 * np.pi * np.arange(sides) / sides
+        vertices = np.column_stack([a * np.cos(t), b * np.sin(t)]).tolist()
+        target = {"target.shape": "polygon", "target.vertices": vertices}
+        errors.append(
+            relative_error(solved_surface({"solver.intervals": 360} | target, ANGLES), truth)
+        )
+    assert errors[2] < 1e-3
+    assert errors[2] < 0.1 * errors[0]
+
+
+def test_a_circle_is_an_ellipse_with_equal_axes() -> None:
+    circle = solved_surface({"target.shape": "circle", "target.radius": 0.07}, ANGLES)
+    ellipse = solved_surface({"target.semi_axes": [0.07, 0.07 * (1.0 + 1e-9)]}, ANGLES)
+    np.testing.assert_allclose(circle.force, ellipse.force, rtol=1e-6)
+
+
+def test_a_turned_ellipse_is_the_one_with_swapped_axes() -> None:
+    a, b = RUBBER.target.semi_axes
+    upright = solved_surface({}, ANGLES)
+    turned = solved_surface({"target.semi_axes": [b, a], "target.tilt": math.pi / 2}, ANGLES)
+    np.testing.assert_allclose(turned.force, upright.force, rtol=1e-9)
+
+
+def plane_under_the_tip(deflection: float, more: dict | None = None) -> Solved:
+    """A finger along x, a plane that rises by TILT under its right side, `deflection` (m) above the
+    undeformed tip's corner."""
+    changes = {
+        "finger.thickness": THICK,
+        "target.shape": "half-plane",
+        "target.tilt": TILT,
+        "path.kind": "translation",
+        "path.angle": 0.0,
+        "path.start": OFFSET + LENGTH,
+        "path.stop": OFFSET,
+        "path.y": -THICK / 2 + deflection / math.cos(TILT),
+        "solver.intervals": 200,
+    }
+    return solved_surface(changes | (more or {}), [OFFSET + LENGTH])
+
+
+@pytest.mark.parametrize("shear", [False, True])
+def test_tip_on_a_plane_bends_like_a_cantilever(shear: bool) -> None:
+    """w = P L^3 / 3 E I + P L / kappa G A, and the couple of P about the tip's axis."""
+    solved = plane_under_the_tip(1e-7, {"model.shear": shear})
+    finger, c, s = RUBBER.finger, math.cos(TILT), math.sin(TILT)
+    inertia, area = finger.width * THICK**3 / 12, finger.width * THICK
+    stiffness = finger.young * inertia
+    kappa = (5 + 5 * finger.poisson) / (6 + 5 * finger.poisson)
+    give = LENGTH**3 / 3 / stiffness + shear * LENGTH / (kappa * finger.shear_modulus * area)
+    couple = -s * THICK / 2  # per unit of the force on the plane's normal
+    move = c * give + couple * LENGTH**2 / 2 / stiffness
+    turn = c * LENGTH**2 / 2 / stiffness + couple * LENGTH / stiffness
+    expected = 1e-7 / (c * move - s * THICK / 2 * turn)
+    assert solved.contacts[0] == 1
+    assert solved.s_from[0] == 1.0
+    force = solved.newtons[0] @ [-s, c]
+    assert force == pytest.approx(expected, rel=2e-5)
+    assert solved.newtons[0] @ [c, s] == pytest.approx(0.0, abs=1e-12 * force)
+
+
+def test_tip_on_a_plane_is_an_elastica() -> None:
+    """Large deflection, without thickness in the contact: SciPy's boundary value problem."""
+    deflection = 0.004
+    solved = plane_under_the_tip(
+        deflection,
+        {"model.shear": False, "model.surface": "axis", "path.y": deflection / math.cos(TILT)},
+    )
+    normal = np.array([-math.sin(TILT), math.cos(TILT)])
+    aim = normal @ [1.0, deflection / math.cos(TILT) / LENGTH]
+
+    def slope(_: np.ndarray, z: np.ndarray, p: np.ndarray) -> np.ndarray:
+        psi, moment = z[0], z[1]
+        return np.vstack(
+            [
+                moment,
+                -p[0] * (np.cos(psi) * normal[1] - np.sin(psi) * normal[0]),
+                np.cos(psi),
+                np.sin(psi),
+            ]
+        )
+
+    def ends(at: np.ndarray, to: np.ndarray, _: np.ndarray) -> np.ndarray:
+        return np.array([at[0], at[2], at[3], to[1], normal @ to[2:] - aim])
+
+    s = np.linspace(0.0, 1.0, 41)
+    start = np.vstack([0.0 * s, 0.1 * (1.0 - s), s, 0.0 * s])
+    found = solve_bvp(slope, ends, s, start, p=[0.1], tol=1e-10, max_nodes=10_000)
+    assert found.success
+    assert solved.contacts[0] == 1
+    assert solved.force[0] @ normal == pytest.approx(found.p[0], rel=5e-5)
+    assert solved.tip_angle[0] == pytest.approx(found.y[0, -1], rel=5e-5)
