@@ -64,6 +64,7 @@ def _group_keys(group: CaseGroup) -> IntArray:
     return (_mixed(total) >> np.uint64(1)).view(np.int64)
 
 
+@lru_cache(maxsize=256)
 def _hash_text(text: str) -> np.uint64:
     return np.uint64(int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "big"))
 

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from fastncm.sweeping import backends
 from fastncm.sweeping.grid import Grid
 from fastncm.sweeping.plan import Plan
 from fastncm.sweeping.samples import Samples
@@ -108,3 +109,18 @@ def test_picking_cases_holds_the_other_axes_at_their_middle():
     assert list(columns["friction.mu"]) == [0.0, 0.4]
     assert set(columns["jaw.height"]) == {0.009}
     assert set(columns["finger.thickness"]) == {0.0032}
+
+
+def test_many_workers_get_longer_tasks_and_all_end_together():
+    """The parent has to feed them all; towards the end tasks shrink."""
+    sizes = {}
+    for count in (2, 160):
+        grid = Grid({"a": np.arange(1000.0), "b": np.arange(1000.0)})
+        plan = Plan(grid, {}, 10**9, nothing_done(grid.size))
+        pace = backends.Pace(seconds=backends.TASK_SECONDS, rows=100.0)
+        sizes[count] = [len(block) for block in backends._shrinking(plan, pace, count)]
+        assert sum(sizes[count]) == grid.size
+    assert sizes[2][0] == 100
+    assert sizes[160][0] == 1000
+    for count, blocks in sizes.items():  # the last one of every worker is an eighth
+        assert max(blocks[-count:]) <= blocks[0] / 8
