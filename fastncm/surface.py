@@ -13,6 +13,7 @@ import numpy as np
 from fastncm.kernels import distance
 from fastncm.kernels.nodal import NodalProblem
 from fastncm.lowering import Scale, unique_rows
+from fastncm.path.surface_recovered import turn_forces
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.scene import CaseGroup, Scene
 from fastncm.surface_touch import first_touches
@@ -244,6 +245,17 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
         problem = everything._replace(**arrays)
         trace = make_surface_trace(problem, shapes)
         trace_surfaces(problem, tolerance, trace)
+        if lowered.scene.friction.model == "recovered":
+            mu = np.zeros(len(lowered.positions))
+            mu[lowered.problem_of] = lowered.mu
+            turn_forces(
+                trace.rows,
+                problem.base,
+                problem.arm,
+                problem.placement,
+                problem.motion,
+                mu[chosen],
+            )
         yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)
 
 
