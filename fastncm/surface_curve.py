@@ -156,9 +156,12 @@ class SurfaceCurve(Curve):
     def contacts(self, i: int) -> pd.DataFrame:
         """The touching points at row `i`: s_m, x_m, y_m, force_x_N, force_y_N (on the finger).
 
-        s_m is that of the section whose side touches.
+        s_m is that of the section whose side touches. A row that is not solved has none.
         """
+        row = self._solved.trace.rows[0, self._place(i)]
         points = contacts_at(self._lowered, self._solved, 0, self._place(i))
+        if row[rows.STATUS] != status.CONVERGED:
+            points = {name: values[:0] for name, values in points.items()}
         scale = self._lowered.scale
         length, force = scale.length[0], scale.force[0]
         return pd.DataFrame(

@@ -200,7 +200,7 @@ def test_a_grazing_contact_has_the_force_of_a_spring() -> None:
     stiffness = frame["insertion_force_N"] / depth
     np.testing.assert_allclose(stiffness, stiffness.iloc[3], rtol=1e-4)
     assert (frame["contacts"] == 1).all()
-    assert (frame["contact_s_m"] == RUBBER.finger.length).all()
+    np.testing.assert_allclose(frame["contact_s_m"], RUBBER.finger.length, rtol=1e-13)
     assert frame["error_estimate"].is_monotonic_decreasing
 
 
@@ -237,6 +237,33 @@ def test_few_intervals_are_said_to_be_few() -> None:
     assert curve.frame()["error_estimate"].max() > 0.05
     assert "solver.intervals" in curve.advice
     assert fastncm.solve(RUBBER).advice == ""
+
+
+def test_the_moment_rule_turns_the_force_of_a_single_contact() -> None:
+    """(14)-(17): the same base moment as without friction, on the cone; rows that touch at several
+    nodes are refused."""
+    mu = 0.3
+    wall = RUBBER.replace(PLANE | {"friction.model": "recovered"})
+    positions = [0.05, 0.045, 0.04, 0.03]
+    plain = fastncm.solve(wall, positions=positions).frame()
+    curve = fastncm.solve(wall.replace({"friction.mu": mu}), positions=positions)
+    frame = curve.frame()
+    assert curve.contacts(0)["force_y_N"].tolist() == [frame["force_y_N"][0]]
+    assert len(curve.contacts(3)) == 0
+    assert list(frame["status"]) == ["converged"] * 3 + ["no_equilibrium"]
+    assert "single contact point" in frame["advice"][3]
+    clamp = 0.0254 * np.array([math.cos(1.3), math.sin(1.3)])
+    for row in range(3):
+        moments = []
+        for table in (plain, frame):
+            lever = table[["contact_x_m", "contact_y_m"]].to_numpy()[row] - clamp
+            force = table[["force_x_N", "force_y_N"]].to_numpy()[row]
+            moments.append(lever[0] * force[1] - lever[1] * force[0])
+        assert moments[1] == pytest.approx(moments[0], rel=1e-12)
+        # the wall moves along its normal: no sliding sense but the finger's, t = (0, -1) or (0, 1)
+        assert abs(frame["force_y_N"][row]) == pytest.approx(mu * -frame["force_x_N"][row])
+        assert frame["friction_force_N"][row] == pytest.approx(mu * frame["normal_force_N"][row])
+        assert frame["insertion_force_N"][row] == pytest.approx(-frame["force_x_N"][row])
 
 
 @pytest.mark.parametrize("positions", [[], "ab", [[2.0]], [2.0, float("nan")], [None]])
