@@ -176,7 +176,8 @@ def _thickness(scene: Scene, ratio: Array, length: Array, s: Array) -> tuple[Arr
 def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Array:
     """(D, V, 2): corners of a polygon; ``[[a, b]]`` of an ellipse; nothing of a half-plane."""
     if scene.target.vertices is not None:
-        return np.array(scene.target.vertices)[None] / length[:, None, None]
+        corners: Array = np.array(scene.target.vertices)[None] / length[:, None, None]
+        return corners
     return np.ascontiguousarray(np.column_stack([semi_x, semi_y])[:, None, :])
 
 
@@ -197,9 +198,11 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
         at = fraction * corners
         low = at.astype(np.int64)
         share = (at - low)[None, :, None]
-        return (1.0 - share) * vertices[:, low] + share * vertices[:, (low + 1) % corners]
+        edges: Array = (1.0 - share) * vertices[:, low] + share * vertices[:, (low + 1) % corners]
+        return edges
     angle = 2.0 * np.pi * fraction
-    return vertices * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[None]
+    around: Array = vertices * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[None]
+    return around
 
 
 def _placements(
