@@ -33,8 +33,8 @@ def test_points_of_the_target_converge_to_points_of_the_finger() -> None:
         )
         for n, m in ((90, 150), (360, 600), (1440, 2400))
     ]
-    assert errors[2] < 3e-4
-    assert errors[2] < 0.2 * errors[0]
+    assert errors[1] < 0.4 * errors[0]  # of first order: four times as many points, a quarter
+    assert errors[2] < 0.4 * errors[1]
 
 
 @pytest.mark.parametrize("contact", ["closest", "points-on-finger"])
