@@ -168,9 +168,9 @@ def frozen_side(problem: NodalProblem, state: Nodal, j: int) -> tuple[float, flo
     thick = side * problem.offset[0, j]
     taper = side * (problem.offset[0, high] - problem.offset[0, low]) / span
     curvature = side * (state.psi[high] - state.psi[low]) / span
-    sheared = side * 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
-    shorter = 1.0 - curvature * thick  # the side per unit of the axis
-    return thick, (taper + sheared) / shorter, curvature / shorter
+    gamma = 0.5 * (state.gamma[max(j, 1)] + state.gamma[high]) * (1 - problem.printed_section)
+    advance = np.cos(gamma) - curvature * thick  # along the section's normal, per unit of the axis
+    return thick, (taper + side * np.sin(gamma)) / advance, curvature / advance
 
 
 def differences(function, u: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ ELLIPSE, POLYGON, HALF_PLANE = 0, 1, 2
 
 #: Newton steps for the closest point of an ellipse: convergence is monotone, four are usual.
 _STEPS = 60
+#: So near to its longer axis (squared shorter semi-axes), a point inside an ellipse lies on it.
+_AXIS = 1e-100
 
 
 @kernel
@@ -45,7 +47,7 @@ def ellipse_distance(a, b, x, y):
     slope = -2.0 * (fu * fu / pp + fv * fv / qq)
     if slope < 0.0:
         w = max(w, qq - (fu * fu + fv * fv - 1.0) / slope)
-    if w > 0.0:
+    if w > _AXIS * qq:
         for _ in range(_STEPS):
             far, near = 1.0 / (w + focal), 1.0 / w
             fu, fv = p * u * far, q * v * near

@@ -265,9 +265,12 @@ def _place_target_point(problem, d, k, state):
     thick = side * problem.offset[d, j]
     taper = side * (problem.offset[d, high] - problem.offset[d, low]) / length
     turn = side * (state.psi[high] - state.psi[low]) / length
-    bend = turn / (1.0 - turn * thick)
-    sheared = side * 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
-    slope = (taper + sheared) / (1.0 - turn * thick)  # the side is shorter than the axis inside
+    # per unit of the axis the side advances by cos gamma - turn thick along the section's normal
+    gamma = 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
+    sheared, advance = sincos(0.0 if problem.printed_section else gamma)
+    advance -= turn * thick
+    bend = turn / advance
+    slope = (taper + side * sheared) / advance
     dx, dy = state.px[k] - state.x[j], state.py[k] - state.y[j]
     ex, ey = state.section_cos[j], state.section_sin[j]
     ox, oy = -side * ey, side * ex
@@ -279,6 +282,8 @@ def _place_target_point(problem, d, k, state):
     if j == 0 or beyond or gap < -max(2.0 * thick, FAR):
         gap = FAR
     state.gap[k] = gap
+    if gap == FAR:  # no step brings it nearer
+        scale = 0.0
     state.nx[k], state.ny[k] = (steep * ex - ox) * scale, (steep * ey - oy) * scale
     state.bend[k] = side * bend * scale * scale
     state.seen_x[k] = problem.arc[j] + along
