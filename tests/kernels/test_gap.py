@@ -165,14 +165,27 @@ def on_the_inside(curve: np.ndarray, point: np.ndarray) -> bool:
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(jaws(), st.sampled_from([0.05, 0.156, 0.4]), poses)
 def test_closest_gap_to_a_circle(jaw: np.ndarray, radius: float, pose: Pose) -> None:
-    """Against 4,000 points of the jaw, wherever the centre is on the jaw's outside."""
+    """Against 4,000 points of the jaw's edge and as many of a return face at right angles to it,
+    wherever the centre is on the jaw's outside."""
+    centre = np.array([pose.t, TARGET_Y])
+    corner, along = jaw[0, [c.AX, c.AY]], jaw[0, [c.TAX, c.TAY]]
+    upwards = np.array([-along[1], along[0]])
+    jaw = jaw.copy()
+    jaw[0, [c.TRX, c.TRY]] = upwards
     curve = pose.to_space(jaw_samples(jaw, 4001))
-    arms = np.array([pose.t, TARGET_Y]) - curve
-    distances = np.hypot(*arms.T)
+    face = pose.to_space(corner - np.linspace(2.0, 0.0, 4001)[:, None] * upwards)
+    distances = np.hypot(*(centre - curve).T)
     nearest = int(np.argmin(distances))
     found = closest(c.CIRCLE, jaw, radius, pose)
-    if on_the_inside(curve, np.array([pose.t, TARGET_Y])):  # deep penetration
-        assert found[c.GAP] < -radius + 1e-6
+    behind_face = (centre - curve[0]) @ (pose.to_space(along[None]) - pose.to_space(0 * along))[0]
+    if on_the_inside(curve, centre):
+        if behind_face > 0.0:  # deep penetration
+            assert found[c.GAP] < -radius + 1e-6
+        return
+    to_face = np.hypot(*(centre - face).T)
+    if to_face.min() < distances[nearest] - 1e-9:
+        assert found[c.FEATURE] == c.ON_RETURN
+        assert found[c.GAP] == pytest.approx(to_face.min() - radius, abs=1e-3)
         return
     if 0 < nearest < len(curve) - 1:
         assert found[c.FEATURE] == c.ON_EDGE or distances[[0, -1]].min() < distances[nearest] + 1e-7
