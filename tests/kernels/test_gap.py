@@ -243,15 +243,23 @@ def test_store_keeps_the_order_of_the_columns() -> None:
 @pytest.mark.parametrize(
     ("scene", "changes", "expected"),
     [
-        (CIRCLE, {}, jaw_row((0.0, 0.0105), (0.0192, 0.0016), 0.0, 0.057)),
-        (CORNER, {}, jaw_row((0.0, 0.0085), (0.019, 0.0016), 0.05, 0.057)),
-        (CORNER, {"jaw.convex": False}, jaw_row((0.0, 0.0085), (0.019, 0.0016), -0.05, 0.057)),
+        (CIRCLE, {}, ((0.0, 0.0105), (0.0192, 0.0016), 0.0)),
+        (CORNER, {}, ((0.0, 0.0085), (0.019, 0.0016), 0.05)),
+        (CORNER, {"jaw.convex": False}, ((0.0, 0.0085), (0.019, 0.0016), -0.05)),
     ],
 )
 @pytest.mark.compiled
-def test_lowered_jaws(scene: str, changes: dict[str, bool], expected: np.ndarray) -> None:
+def test_lowered_jaws(
+    scene: str,
+    changes: dict[str, bool],
+    expected: tuple[tuple[float, float], tuple[float, float], float],
+) -> None:
     """The tables from `lowering` are those from plain geometry in these tests."""
-    lowered = lowered_scene(scene, changes)
-    used = c.JAW_COLUMNS if expected[0, c.RHO] != 0.0 else c.MX
-    np.testing.assert_allclose(lowered.jaw[:, :used], expected[:, :used], atol=1e-14)
+    angle = 1.2
+    row = jaw_row(*expected, 0.057, face=(np.cos(angle), np.sin(angle)))
+    lowered = lowered_scene(scene, {**changes, "jaw.return_angle": angle})
+    used = np.arange(c.JAW_COLUMNS)
+    if row[0, c.RHO] == 0.0:
+        used = used[(used < c.MX) | (used >= c.RHO)]
+    np.testing.assert_allclose(lowered.jaw[:, used], row[:, used], atol=1e-14)
     assert lowered.jaw[0, c.RHO] == pytest.approx(expected[0, c.RHO])
