@@ -9,6 +9,7 @@ everything is smooth; all events of a chunk of designs at once.
 
 import numpy as np
 
+from fastncm.kernels import constants as c
 from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
@@ -62,7 +63,15 @@ def _touches(
     touching = interval + 1 if kind == rows.TOUCH else interval
     states.side[:] = trace.rows[design, touching, rows.SIDE]
     if len(t):
+        held = _some(states, np.arange(len(t)))
+        held.hold[:] = np.minimum(trace.rows[design, touching, rows.FEATURE], c.VOID)
         solve_states(problem, tolerance, states)
+        # where two features touch at once, that of the row beside goes on without a kink
+        held.hold[held.hold == c.VOID] = -1
+        solve_states(problem, tolerance, held)
+        same = np.abs(held.u).max(axis=1) <= _LAST_STEP
+        for mine, beside in zip(states, held, strict=True):
+            mine[same] = beside[same]
     # solved where there is nothing to solve yet: what counts are the rates; the rest is rounding
     states.u[:] = 0.0
     for column in (rows.FORCE, rows.ENERGY, rows.STRAIN, rows.RESIDUAL, rows.ESTIMATE, rows.RUB):

@@ -30,9 +30,9 @@ Array = np.ndarray
 #: First step and shortest step, in mu and (in finger lengths) in the target's position.
 _FIRST_MU, _SHORTEST_MU = 0.05, 1e-4
 _FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
-#: Bisections of the critical friction (to 1e-8 of it), and the longest move on a path that tests
+#: Bisections of the critical friction (to 1e-7 of it), and the longest move on a path that tests
 #: it.
-_HALVINGS = 27
+_HALVINGS = 24
 _TEST_MOVE = 5e-4
 #: A step that failed is repeated with this share; one that did not is followed by a longer one.
 _SHORTER, _LONGER = 0.25, 1.5
@@ -64,9 +64,10 @@ def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     snaps = (friction >= mu) & back.good & (reached != start) & (released > 0.0)
     trace.ends[d, END_ROW] = row
     trace.ends[d, END_POSITION] = reached
-    critical = _critical_friction(problem, tolerance, d, row)
-    at_touch = trace.ends[d, END_MU]  # where known: it locks from the start
-    trace.ends[d, END_MU] = np.where(at_touch > 0.0, at_touch, critical)
+    slides = trace.ends[d, END_MU] == 0.0  # otherwise it locks from the start, and that is known
+    if slides.any():
+        critical = _critical_friction(problem, tolerance, d[slides], row[slides])
+        trace.ends[d[slides], END_MU] = critical
     trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
 

@@ -165,14 +165,27 @@ def on_the_inside(curve: np.ndarray, point: np.ndarray) -> bool:
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(jaws(), st.sampled_from([0.05, 0.156, 0.4]), poses)
 def test_closest_gap_to_a_circle(jaw: np.ndarray, radius: float, pose: Pose) -> None:
-    """Against 4,000 points of the jaw, wherever the centre is on the jaw's outside."""
+    """Against 4,000 points of the jaw's edge and as many of a return face at right angles to it,
+    wherever the centre is on the jaw's outside."""
+    centre = np.array([pose.t, TARGET_Y])
+    corner, along = jaw[0, [c.AX, c.AY]], jaw[0, [c.TAX, c.TAY]]
+    upwards = np.array([-along[1], along[0]])
+    jaw = jaw.copy()
+    jaw[0, [c.TRX, c.TRY]] = upwards
     curve = pose.to_space(jaw_samples(jaw, 4001))
-    arms = np.array([pose.t, TARGET_Y]) - curve
-    distances = np.hypot(*arms.T)
+    face = pose.to_space(corner - np.linspace(2.0, 0.0, 4001)[:, None] * upwards)
+    distances = np.hypot(*(centre - curve).T)
     nearest = int(np.argmin(distances))
     found = closest(c.CIRCLE, jaw, radius, pose)
-    if on_the_inside(curve, np.array([pose.t, TARGET_Y])):  # deep penetration
-        assert found[c.GAP] < -radius + 1e-6
+    behind_face = (centre - curve[0]) @ (pose.to_space(along[None]) - pose.to_space(0 * along))[0]
+    if on_the_inside(curve, centre):
+        if behind_face > 0.0:  # deep penetration
+            assert found[c.GAP] < -radius + 1e-6
+        return
+    to_face = np.hypot(*(centre - face).T)
+    if to_face.min() < distances[nearest] - 1e-9:
+        assert found[c.FEATURE] == c.ON_RETURN
+        assert found[c.GAP] == pytest.approx(to_face.min() - radius, abs=1e-3)
         return
     if 0 < nearest < len(curve) - 1:
         assert found[c.FEATURE] == c.ON_EDGE or distances[[0, -1]].min() < distances[nearest] + 1e-7
@@ -230,15 +243,23 @@ def test_store_keeps_the_order_of_the_columns() -> None:
 @pytest.mark.parametrize(
     ("scene", "changes", "expected"),
     [
-        (CIRCLE, {}, jaw_row((0.0, 0.0105), (0.0192, 0.0016), 0.0, 0.057)),
-        (CORNER, {}, jaw_row((0.0, 0.0085), (0.019, 0.0016), 0.05, 0.057)),
-        (CORNER, {"jaw.convex": False}, jaw_row((0.0, 0.0085), (0.019, 0.0016), -0.05, 0.057)),
+        (CIRCLE, {}, ((0.0, 0.0105), (0.0192, 0.0016), 0.0)),
+        (CORNER, {}, ((0.0, 0.0085), (0.019, 0.0016), 0.05)),
+        (CORNER, {"jaw.convex": False}, ((0.0, 0.0085), (0.019, 0.0016), -0.05)),
     ],
 )
 @pytest.mark.compiled
-def test_lowered_jaws(scene: str, changes: dict[str, bool], expected: np.ndarray) -> None:
+def test_lowered_jaws(
+    scene: str,
+    changes: dict[str, bool],
+    expected: tuple[tuple[float, float], tuple[float, float], float],
+) -> None:
     """The tables from `lowering` are those from plain geometry in these tests."""
-    lowered = lowered_scene(scene, changes)
-    used = c.JAW_COLUMNS if expected[0, c.RHO] != 0.0 else c.MX
-    np.testing.assert_allclose(lowered.jaw[:, :used], expected[:, :used], atol=1e-14)
+    angle = 1.2
+    row = jaw_row(*expected, 0.057, face=(np.cos(angle), np.sin(angle)))
+    lowered = lowered_scene(scene, {**changes, "jaw.return_angle": angle})
+    used = np.arange(c.JAW_COLUMNS)
+    if row[0, c.RHO] == 0.0:
+        used = used[(used < c.MX) | (used >= c.RHO)]
+    np.testing.assert_allclose(lowered.jaw[:, used], row[:, used], atol=1e-14)
     assert lowered.jaw[0, c.RHO] == pytest.approx(expected[0, c.RHO])

@@ -14,7 +14,8 @@ CORNER = load_scene("snapfit-corner")
 MANY = 100_000
 KEYS = {
     "length", "thickness_clamp", "thickness_tip", "width", "young", "poisson", "shear_modulus",
-    "a_x", "a_y", "b_x", "b_y", "jaw_radius", "target_radius", "start", "stop", "y", "mu",
+    "a_x", "a_y", "b_x", "b_y", "jaw_radius", "return_angle", "target_radius", "target_length",
+    "start", "stop", "y", "mu",
     "offset", "semi_x", "semi_y", "tilt", "path_angle", "path_x", "speed_ratio",
 }  # fmt: skip
 

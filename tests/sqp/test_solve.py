@@ -78,7 +78,7 @@ def plain_gap(contact: OneContact, feature: int, u: np.ndarray) -> complex:
     weights, jaw = contact.problem.rule.weights, contact.problem.jaw[0]
     x, y = weights @ np.cos(theta), weights @ np.sin(theta)
     psi = u @ contact.problem.profile.end[0, :ORDER]
-    radius, path_y = contact.problem.target[0]
+    radius, path_y = contact.problem.target[0, [c.TARGET_RADIUS, c.TARGET_Y]]
 
     def in_space(point: np.ndarray) -> tuple[complex, complex]:
         px, py = point
