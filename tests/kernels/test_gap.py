@@ -262,4 +262,4 @@ def test_lowered_jaws(
     if row[0, c.RHO] == 0.0:
         used = used[(used < c.MX) | (used >= c.RHO)]
     np.testing.assert_allclose(lowered.jaw[:, used], row[:, used], atol=1e-14)
-    assert lowered.jaw[0, c.RHO] == pytest.approx(expected[0, c.RHO])
+    assert lowered.jaw[0, c.RHO] == pytest.approx(row[0, c.RHO])

@@ -11,8 +11,10 @@ from tracing import CIRCLE, CORNER, solved_path
 from fastncm.kernels import constants as c
 from fastncm.kernels import gap
 from fastncm.path import rows
-from fastncm.path.slip import contact_slip
+from fastncm.path import slip as slip_module
 
+#: Inner compiled functions cannot be called from Python; their source can.
+contact_slip = getattr(slip_module.contact_slip, "py_func", slip_module.contact_slip)
 POSITIONS = {
     CIRCLE: [0.0738, 0.0688, 0.0640, 0.0620, 0.0605],
     CORNER: [0.0725, 0.0672, 0.0600, 0.0575],
