@@ -17,6 +17,7 @@ sweep: $(RUNTIME) ## the main job: sweep the snap-fit finger's designs into resu
 	$(BIN)/fastncm sweep sweeps/snapfit-circle.toml --out results/snapfit-circle
 
 test: $(DEV) ## the tests
+	$(BIN)/fastncm warmup
 	$(BIN)/pytest
 
 # Compiled code divides by zero in lanes that hold no design and drops the result; NumPy's scalars warn.

@@ -209,7 +209,8 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
         points = np.stack([along, np.zeros_like(along)], axis=-1)
-        return np.ascontiguousarray(np.broadcast_to(points, (len(vertices), *points.shape)))
+        everywhere: Array = np.broadcast_to(points, (len(vertices), *points.shape)).copy()
+        return everywhere
     if shape == "polygon":
         corners = len(vertices[0])
         low = (fraction * corners).astype(np.int64)

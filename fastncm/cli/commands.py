@@ -120,18 +120,31 @@ def plot(options: argparse.Namespace) -> int:
 
 
 def warmup(_: argparse.Namespace) -> int:
-    """Compile everything the shipped scenes need, so that later commands start at once."""
+    """Compile everything the shipped scenes need, so that later commands start at once: the code
+    for jaws and that for direct contact in a process each."""
     from time import perf_counter
 
-    from fastncm.cases import solve_chunk
-    from fastncm.curve import solve as solve_curve
+    from joblib import Parallel, delayed
+
     from fastncm.scene import load_scene, shipped_scenes
 
     started = perf_counter()
+    kinds: dict[bool, list[str]] = {}
     for name in shipped_scenes():
+        kinds.setdefault(load_scene(name).jaw is None, []).append(name)
+    Parallel(n_jobs=len(kinds))(delayed(_compile)(names) for names in kinds.values())
+    print(f"ready: compiled code loaded or made in {perf_counter() - started:.1f} s")
+    return DONE
+
+
+def _compile(names: list[str]) -> None:
+    """Solve the shipped scenes of these names in all the ways that are compiled apart."""
+    from fastncm.cases import solve_chunk
+    from fastncm.curve import solve as solve_curve
+    from fastncm.scene import load_scene
+
+    for name in names:
         for shear in (False, True):
             scene = load_scene(name).replace({"model.shear": shear})
             solve_curve(scene)
             solve_chunk(scene, {}, curves=True)
-    print(f"ready: compiled code loaded or made in {perf_counter() - started:.1f} s")
-    return DONE

@@ -183,7 +183,7 @@ def test_closest_gap_to_a_circle(jaw: np.ndarray, radius: float, pose: Pose) -> 
             assert found[c.GAP] < -radius + 1e-6
         return
     to_face = np.hypot(*(centre - face).T)
-    if to_face.min() < distances[nearest] - 1e-9:
+    if behind_face <= 0.0 and to_face.min() < distances[nearest] - 1e-9:
         assert found[c.FEATURE] == c.ON_RETURN
         assert found[c.GAP] == pytest.approx(to_face.min() - radius, abs=1e-3)
         return
