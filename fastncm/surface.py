@@ -15,7 +15,7 @@ from fastncm.kernels.nodal import NodalProblem
 from fastncm.lowering import Scale, unique_rows
 from fastncm.path import surface_rows
 from fastncm.path.surface_friction import turn_forces
-from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
+from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, make_walk, trace_surfaces
 from fastncm.scene import CaseGroup, Scene
 from fastncm.surface_touch import first_touches
 from fastncm.trace import kkt_tolerance
@@ -259,7 +259,7 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
         }
         problem = everything._replace(**arrays)
         trace = make_surface_trace(problem, shapes)
-        trace_surfaces(problem, tolerance, trace)
+        trace_surfaces(problem, make_walk(problem), tolerance, trace)
         if lowered.scene.friction.model == "recovered":
             turn_forces(problem, lowered.turned[chosen], trace.rows)
         yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.distance import distance
 from fastncm.kernels.trig import sincos
 
@@ -118,7 +118,6 @@ class Nodal(NamedTuple):
     bend: np.ndarray
 
 
-@driver
 def make_nodal(problem):
     """A straight finger of `problem`, not yet evaluated."""
     n, m = problem.step.shape[0] + 1, problem.points.shape[1]

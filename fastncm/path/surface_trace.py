@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inlined, inner, kernel
 from fastncm.kernels.nodal import (
     Nodal,
     NodalProblem,
@@ -77,7 +77,6 @@ class Walk(NamedTuple):
     move: np.ndarray
 
 
-@driver
 def make_walk(problem):
     """Room for a walk."""
     return Walk(
@@ -259,61 +258,6 @@ def _free_row(problem, d, i, result, overlap, row):
 
 
 @inner
-def _trace_one(problem, d, walk, tolerance, trace):
-    """Solve all positions of finger `d`."""
-    work = walk.work
-    intervals = problem.step.shape[0]
-    side = 1.0 if problem.left else -1.0
-    for k in range(walk.straight.seen.shape[0]):
-        walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
-    place_axis(problem, walk.straight, intervals)
-    _straighten(walk)
-    touching, before = False, -1
-    for i in range(problem.positions.shape[1]):
-        goal = problem.placement[d, i]
-        row = trace.rows[d, i]
-        overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
-        free = overlap <= ROUNDING
-        if not free or is_free(problem, d, goal[0], goal[1], goal[2], walk):
-            result = status.NO_CONTACT if free else status.INFEASIBLE
-            _free_row(problem, d, i, result, 0.0 if free else overlap, row)
-            _straighten(walk)
-            touching, before = False, i if free else -1
-            continue
-        mu = problem.mu[d]
-        if touching or before == i - 1 and i > 0:
-            for c in range(3):
-                if not touching:
-                    walk.place[c] = problem.placement[d, before, c]
-                walk.move[c] = goal[c] - walk.place[c]
-        else:
-            _straighten(walk)
-            mu = 0.0
-            if not _set_aside(problem, d, goal, side, walk):
-                deepest = -walk.straight.gap[walk.deepest[0]]
-                _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
-                continue
-        result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
-        if result == status.CONVERGED and mu != problem.mu[d]:
-            # how the finger came here is not known: the target slides along its path
-            result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
-            iterations += count
-        touching = result == status.CONVERGED
-        if not touching:
-            _free_row(problem, d, i, result, 0.0, row)
-            row[rows.ITERATIONS] = iterations
-            _straighten(walk)
-            before = -1
-            continue
-        row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
-        row[rows.ITERATIONS] = iterations
-        rows.measure(problem, d, i, goal[0], goal[1], work, row)
-        if trace.psi.shape[1] > 0:
-            _store_shape(problem, d, i, work.state, trace)
-    trace.passes[0] += work.passes[0]
-
-
-@inner
 def _store_shape(problem, d, i, state, trace):
     for j in range(state.psi.shape[0]):
         trace.psi[d, i, j], trace.gamma[d, i, j] = state.psi[j], state.gamma[j]
@@ -328,12 +272,61 @@ def _store_shape(problem, d, i, state, trace):
         trace.contact[d, i, k, 4] = state.force[k] * qy
 
 
-@driver
-def trace_surfaces(problem, tolerance, trace):
-    """Solve all positions of all fingers. tolerance: of the KKT residual; trace: zeros on entry.
+@kernel
+def trace_surfaces(problem, walk, tolerance, trace):
+    """Solve all positions of all fingers.
 
-    What does not converge is a row with a status; the next position is approached afresh.
+    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
+    converge is a row with a status; the next position is approached afresh.
     """
-    walk = make_walk(problem)
+    work = walk.work
+    intervals = problem.step.shape[0]
+    side = 1.0 if problem.left else -1.0
     for d in range(problem.positions.shape[0]):
-        _trace_one(problem, d, walk, tolerance, trace)
+        for k in range(walk.straight.seen.shape[0]):
+            walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
+        place_axis(problem, walk.straight, intervals)
+        _straighten(walk)
+        touching, before = False, -1
+        for i in range(problem.positions.shape[1]):
+            goal = problem.placement[d, i]
+            row = trace.rows[d, i]
+            overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
+            free = overlap <= ROUNDING
+            if not free or is_free(problem, d, goal[0], goal[1], goal[2], walk):
+                result = status.NO_CONTACT if free else status.INFEASIBLE
+                _free_row(problem, d, i, result, 0.0 if free else overlap, row)
+                _straighten(walk)
+                touching, before = False, i if free else -1
+                continue
+            mu = problem.mu[d]
+            if touching or before == i - 1 and i > 0:
+                for c in range(3):
+                    if not touching:
+                        walk.place[c] = problem.placement[d, before, c]
+                    walk.move[c] = goal[c] - walk.place[c]
+            else:
+                _straighten(walk)
+                mu = 0.0
+                if not _set_aside(problem, d, goal, side, walk):
+                    deepest = -walk.straight.gap[walk.deepest[0]]
+                    _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
+                    continue
+            result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
+            if result == status.CONVERGED and mu != problem.mu[d]:
+                # how the finger came here is not known: the target slides along its path
+                result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
+                iterations += count
+            touching = result == status.CONVERGED
+            if not touching:
+                _free_row(problem, d, i, result, 0.0, row)
+                row[rows.ITERATIONS] = iterations
+                _straighten(walk)
+                before = -1
+                continue
+            row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
+            row[rows.ITERATIONS] = iterations
+            rows.measure(problem, d, i, goal[0], goal[1], work, row)
+            if trace.psi.shape[1] > 0:
+                _store_shape(problem, d, i, work.state, trace)
+    trace.passes[0] += work.passes[0]

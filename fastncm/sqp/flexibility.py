@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import friction_ratio, next_contact
 
 #: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself, and
@@ -73,7 +73,6 @@ class Chain(NamedTuple):
     wide: Wide
 
 
-@driver
 def _make_wide(nodes, points):
     return Wide(
         np.zeros((4, 4)),
@@ -90,7 +89,6 @@ def _make_wide(nodes, points):
     )
 
 
-@driver
 def make_chain(problem):
     """A workspace for the fingers of `problem`."""
     n = problem.step.shape[0] + 1

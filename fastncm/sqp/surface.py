@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import (
     Nodal,
     carry_forces,
@@ -50,7 +50,6 @@ class SurfaceWork(NamedTuple):
     passes: np.ndarray
 
 
-@driver
 def make_surface_work(problem):
     """A workspace for the fingers of `problem`, with a straight one."""
     nodes = problem.arc.shape[0]
