@@ -77,7 +77,7 @@ class Walk(NamedTuple):
     move: np.ndarray
 
 
-def make_walk(problem):
+def make_walk(problem: NodalProblem) -> Walk:
     """Room for a walk."""
     return Walk(
         make_surface_work(problem),
