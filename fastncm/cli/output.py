@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fastncm.curve import Curve
+    from fastncm.scene import Scene
 
 SHOWN_ROWS = 16
 SHOWN_COLUMNS = (
@@ -22,12 +23,12 @@ SHOWN_COLUMNS = (
 )
 
 
-def announce_compiling() -> None:
-    """Say so where the first solve has to compile."""
+def announce_compiling(scene: "Scene") -> None:
+    """Say so where the first solve of such a scene has to compile."""
     from fastncm.kernels.cache import is_cold
 
-    if is_cold():
-        print("compiling the solver (first use only, up to a minute) ...", file=sys.stderr)
+    if is_cold(scene.jaw is not None):
+        print("compiling the solver (first use only, one to two minutes) ...", file=sys.stderr)
 
 
 def print_curve(curve: "Curve") -> None:

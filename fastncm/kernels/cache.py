@@ -65,9 +65,11 @@ def cache_directory() -> Path:
     raise OSError(f"no writable folder for compiled code; tried {', '.join(map(str, roots))}")
 
 
-def is_cold() -> bool:
-    """True where the next solve has to compile first (no machine code of this version on disk)."""
-    return not JIT_OFF and not any(cache_directory().glob("*.nbi"))
+def is_cold(jaw: bool) -> bool:
+    """True where the next solve has to compile first: no machine code of this version on disk for
+    fingers with a jaw, or for direct contact."""
+    entry = "trace_lanes" if jaw else "trace_surfaces"
+    return not JIT_OFF and not any(cache_directory().glob(f"*.{entry}-*.nbi"))
 
 
 class _KernelLocator(_CacheLocator):
