@@ -38,8 +38,8 @@ class LoweredSurface:
 
     problem: of all D fingers. positions: (D, P), in finger lengths or rad; sense: (D,) +1 or -1, of
     the scene's own path; turned: (D,) friction by which the model "recovered" turns the forces;
-    turn: the last position of the way in. problem_of: (C,) int64,
-    which finger each case uses; scale: of the cases; mu: (C,).
+    turn: the last position of the way in. problem_of: (C,) int64, which finger each case uses;
+    scale: of the cases; mu: (C,).
     """
 
     scene: Scene

@@ -51,7 +51,6 @@ ROTATION = ("path.kind", "rotation")
 CIRCLE = ("target.shape", "circle")
 BLOCK = ("target.shape", "block")
 ACUTE = Interval(-math.pi / 2, math.pi / 2, open_low=True, open_high=True)
-NOT_YET = "is known but not available yet"
 
 # What a scene stores.
 QUANTITIES = (

@@ -282,18 +282,28 @@ def carry_flexibility(problem, d, state, chain, size, own):
     return excess
 
 
+@inlined
+def list_contacts(state, chain, j):
+    """Write the contact points on node `j` into ``chain.order``, for the way back over them.
+
+    Returns how many there are.
+    """
+    count = 0
+    p = next_contact(state, -1, j)
+    while p >= 0:
+        chain.order[count] = p
+        count += 1
+        p = next_contact(state, p, j)
+    return count
+
+
 @inner
 def carry_back(problem, d, state, chain, size, own):
     """The way back from node `size`: contact forces, and the step of every angle."""
     mu = problem.mu[d]
     f = (0.0, 0.0, 0.0)
     for i in range(size, 0, -1):
-        count = 0
-        p = next_contact(state, -1, i)
-        while p >= 0:
-            chain.order[count] = p
-            count += 1
-            p = next_contact(state, p, i)
+        count = list_contacts(state, chain, i)
         while count > 0:
             count -= 1
             p = chain.order[count]

@@ -14,6 +14,7 @@ from fastncm.sqp.flexibility import (
     _GRIP,
     _NORMAL,
     contact_terms,
+    list_contacts,
     moved_gaps,
 )
 
@@ -112,12 +113,7 @@ def _release_node(problem, d, state, chain, j, interval):
     h = problem.step[interval - 1]
     along_x, along_y = -h * state.sin[interval], h * state.cos[interval]
     before = j < interval
-    count = 0
-    p = next_contact(state, -1, j)
-    while p >= 0:
-        chain.order[count] = p
-        count += 1
-        p = next_contact(state, p, j)
+    count = list_contacts(state, chain, j)
     while count > 0:
         count -= 1
         p = chain.order[count]
