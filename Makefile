@@ -33,9 +33,10 @@ lint: $(DEV) ## style, format, and that imports point downwards
 types: $(DEV) ## type hints
 	$(BIN)/mypy
 
-bench: $(DEV) ## the measurements, one file per question
+bench: $(DEV) ## the measurements, one file per question, and bench/REPORT.md from them
 	@$(PIP_INSTALL) -e '.[bench]'
-	@for file in bench/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
+	@for file in $(filter-out bench/report.py,$(wildcard bench/*.py)) bench/report.py; do \
+	  echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
 
 clean: ## remove the environment and all caches; results/ stays
 	rm -rf $(VENV) build *.egg-info .coverage htmlcov

@@ -1,4 +1,9 @@
-"""What the measurements share: the machine, where results go, and the truth by shooting."""
+"""What the measurements share: the machine, where results go, and the truth by shooting.
+
+A study of the report (`bench/report.py`) is a script in this folder with three functions: ``main()``
+runs it and writes `write_table` and pictures; ``section()`` gives its part of the report in Markdown
+and ``headlines()`` its sentences for the first page, both from the written tables alone.
+"""
 
 import json
 import os
@@ -9,6 +14,10 @@ from collections.abc import Mapping, Sequence
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "bench" / "results"
@@ -40,11 +49,36 @@ def write_json(name: str, figures: Mapping[str, object]) -> None:
     print(f"\n{file.relative_to(ROOT)}")
 
 
-def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """A Markdown table, which reads well in a terminal, too."""
+def write_table(name: str, table: pd.DataFrame, **notes: object) -> None:
+    """Write a table to results/NAME.parquet, with the machine and the notes (seeds, settings) in
+    its metadata, and say so."""
+    RESULTS.mkdir(exist_ok=True)
+    file = RESULTS / f"{name}.parquet"
+    arrow = pa.Table.from_pandas(table, preserve_index=False)
+    about = json.dumps({"machine": machine(), **notes})
+    pq.write_table(arrow.replace_schema_metadata({**arrow.schema.metadata, b"bench": about}), file)
+    print(f"\n{file.relative_to(ROOT)}: {len(table)} rows")
+
+
+def read_table(name: str) -> tuple[pd.DataFrame, dict[str, object]]:
+    """The table results/NAME.parquet and what was noted with it, the machine among that."""
+    arrow = pq.read_table(RESULTS / f"{name}.parquet")
+    return arrow.to_pandas(), json.loads(arrow.schema.metadata[b"bench"])
+
+
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown, which reads well in a terminal, too."""
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    for row in (head, ["-" * width for width in widths], *rows):
-        print("| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |")
+    lines = (head, ["-" * width for width in widths], *rows)
+    return "\n".join(
+        "| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |"
+        for row in lines
+    )
+
+
+def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table in Markdown."""
+    print(markdown_table(head, rows))
 
 
 def _cpu_model() -> str:
