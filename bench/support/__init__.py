@@ -1,8 +1,9 @@
 """What the measurements share: the machine, where results go, and the truth by shooting.
 
-A study of the report (`bench/report.py`) is a script in this folder with three functions: ``main()``
-runs it and writes `write_table` and pictures; ``section()`` gives its part of the report in Markdown
-and ``headlines()`` its sentences for the first page, both from the written tables alone.
+A study of the report (`bench/report.py`) is a script in this folder with three functions:
+``main()`` runs it and writes `write_table` and pictures; ``section()`` gives its part of the
+report in Markdown and ``headlines()`` its sentences for the first page, both from the written
+tables alone.
 """
 
 import json
