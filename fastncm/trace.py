@@ -13,7 +13,8 @@ from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
-from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace, trace_lanes
+from fastncm.path.run import trace_lanes
+from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 

@@ -12,7 +12,8 @@ from fastncm.lowering import Lowered, lower
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
-from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace, trace_lanes
+from fastncm.path.run import trace_lanes
+from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace
 from fastncm.scene import load_scene, tabulate
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options

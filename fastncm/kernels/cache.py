@@ -17,8 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from llvmlite import binding as llvm
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
 #: True where Numba is told to compile nothing (``NUMBA_DISABLE_JIT=1``), for coverage.
 JIT_OFF = bool(getattr(config, "DISABLE_JIT", False))
@@ -68,7 +71,7 @@ def cache_directory() -> Path:
 def is_cold(jaw: bool) -> bool:
     """True where the next solve has to compile first: no machine code of this version on disk for
     fingers with a jaw, or for direct contact."""
-    entry = "trace_lanes" if jaw else "trace_surfaces"
+    entry = "_run_lanes" if jaw else "trace_surfaces"
     return not JIT_OFF and not any(cache_directory().glob(f"*.{entry}-*.nbi"))
 
 
@@ -101,6 +104,44 @@ class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
 
 
+class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a function that only compiled code calls: kept as it was lowered, to be optimised and
+    turned into machine code with each function that Python calls, and not once more by itself."""
+
+    def _optimize_final_module(self) -> None:
+        """Left to the callers."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        engine = self._codegen._engine
+        for variable in self._final_module.global_variables:
+            # Numba writes into each function's environment right after this
+            if variable.name.startswith("_ZN08NumbaEnv") and not engine.is_symbol_defined(
+                variable.name
+            ):
+                module = llvm.parse_assembly(f'@"{variable.name}" = common global ptr null')
+                module.data_layout = self._codegen._data_layout
+                module.triple = self._final_module.triple
+                self._codegen._add_module(module)
+                engine.finalize_object()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """No address: Python cannot call it."""
+        self._ensure_finalized()
+        return 0
+
+
+class _LinkedCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's compiler with a `_LinkedLibrary`."""
+
+    def define_pipelines(self) -> list[Any]:
+        codegen = self.state.targetctx.codegen()
+        self.state.library = codegen.create_library(self.state.func_id.func_qualname)
+        self.state.library.__class__ = _LinkedLibrary
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     # lets divisions vectorise
@@ -114,6 +155,8 @@ def _compile(function: Callable[..., Any], **extra: Any) -> Any:
     if JIT_OFF:
         return function
     options: dict[str, Any] = {**_OPTIONS, **extra, "no_cfunc_wrapper": True}
+    if "no_cpython_wrapper" in extra:
+        return numba.njit(pipeline_class=_LinkedCompiler, **options)(function)
     compiled: Any = numba.njit(**options)(function)
     compiled._cache = _KernelCache(function)
     return compiled
@@ -148,7 +191,7 @@ def inlined(function: Callable[..., Any]) -> Any:
 
     A call that returns a tuple of 13 numbers costs 40 ns, the gap itself 3 ns.
     """
-    return _compile(function, _nrt=False, forceinline=True)
+    return _compile(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
 
 
 def inlined_in_order(function: Callable[..., Any]) -> Any:

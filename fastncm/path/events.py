@@ -13,7 +13,8 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
-from fastncm.path.states import States, locate_touches, make_states, solve_states
+from fastncm.path.run import solve_states
+from fastncm.path.states import States, locate_touches, make_states
 from fastncm.path.trace import Trace
 from fastncm.sqp import status
 

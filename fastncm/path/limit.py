@@ -12,7 +12,8 @@ import numpy as np
 
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.path import rows
-from fastncm.path.states import States, locate_touches, make_states, solve_states
+from fastncm.path.run import solve_states, trace_lanes
+from fastncm.path.states import States, locate_touches, make_states
 from fastncm.path.trace import (
     END_ENERGY,
     END_MU,
@@ -21,7 +22,6 @@ from fastncm.path.trace import (
     LONGEST_MOVE,
     Trace,
     make_trace,
-    trace_lanes,
 )
 from fastncm.sqp import status
 

@@ -10,7 +10,8 @@ import numpy as np
 from fastncm.kernels.problem import Problem
 from fastncm.path import reduce, rows
 from fastncm.path.friction import INSERTION, INSERTION_RATE, turned_forces
-from fastncm.path.states import States, make_states, solve_states
+from fastncm.path.run import solve_states
+from fastncm.path.states import States, make_states
 from fastncm.path.trace import Trace
 
 Array = np.ndarray

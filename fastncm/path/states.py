@@ -13,7 +13,6 @@ from fastncm.kernels.cache import driver, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows
-from fastncm.path.lanes import make_lanes
 from fastncm.path.touch import locate_touch
 from fastncm.path.trace import NEWTON_STEPS
 
@@ -96,10 +95,9 @@ def _unload(states, first, lanes, measured):
             states.row[i, column] = measured[column, lane]
 
 
-@driver
-def solve_states(problem, tolerance, states):
+@inner
+def solve_all(problem, tolerance, lanes, measuring, states):
     """Solve all `states` of `problem`, `LANES` side by side."""
-    lanes, measuring = make_lanes(problem), rows.make_measuring(problem.rule.weights.shape[0])
     for first in range(0, states.t.shape[0], LANES):
         _load(problem, states, first, lanes)
         newton.correct(problem, lanes, tolerance, NEWTON_STEPS)

@@ -47,7 +47,13 @@ def locate_touch(problem, d, free, touching):
     return free
 
 
-@kernel
+@inner
+def _undeformed_gap(kind, jaw, target, d, t):
+    """The same from what is known before there is a problem: the closed form."""
+    return closest_gap(kind, -1, jaw, target, d, t, 1.0, 0.0, 1.0, 0.0)[c.GAP]
+
+
+@inner
 def first_touch(kind, jaw, target, d, far, stop):
     """First contact of the undeformed finger with a target that comes from `far` down to `stop`.
 
@@ -56,16 +62,16 @@ def first_touch(kind, jaw, target, d, far, stop):
     """
     t = far
     while t > stop:
-        gap = closest_gap(kind, -1, jaw, target, d, t, 1.0, 0.0, 1.0, 0.0)[c.GAP]
+        gap = _undeformed_gap(kind, jaw, target, d, t)
         if gap <= 0.0:
             return t
         ahead = t - max(gap * 1.001, 1e-7)
-        if closest_gap(kind, -1, jaw, target, d, ahead, 1.0, 0.0, 1.0, 0.0)[c.GAP] < 0.0:
+        if _undeformed_gap(kind, jaw, target, d, ahead) < 0.0:
             for _ in range(_HALVINGS):
                 middle = 0.5 * (t + ahead)
                 if middle == t or middle == ahead:
                     break
-                if closest_gap(kind, -1, jaw, target, d, middle, 1.0, 0.0, 1.0, 0.0)[c.GAP] >= 0.0:
+                if _undeformed_gap(kind, jaw, target, d, middle) >= 0.0:
                     t = middle
                 else:
                     ahead = middle

@@ -5,15 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
-from fastncm.kernels.problem import fill_basis, mode_count
+from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
-from fastncm.path.lanes import make_lanes
 from fastncm.path.slip import slip
 from fastncm.path.touch import locate_touch, undeformed_gap
-from fastncm.path.walk import forget, make_walk, predict, remember
+from fastncm.path.walk import forget, predict, remember
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
@@ -193,21 +192,19 @@ def _snap_back(problem, lanes, walk, tolerance):
         lanes.active[lane] = walk.busy[lane]
 
 
-@driver
-def trace_lanes(problem, tolerance, longest, trace):
+@inner
+def trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, moves, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, zeros on entry. A position that Newton's method does not solve is left with the status
-    MAX_ITERATIONS: for the SQP (`path.careful`) to try, or, with friction, for shorter moves. With
-    friction nothing is tried beyond it before contact is lost and begins again: it would be another
-    branch of equilibria than that from first touch.
+    `Trace`, zeros on entry; start: (LANES,) and moves: (LANES,) int64, workspace.
+
+    A position that Newton's method does not solve is left with the status MAX_ITERATIONS: for the
+    SQP (`path.careful`) to try, or, with friction, for shorter moves. With friction nothing is
+    tried beyond it before contact is lost and begins again: it would be another branch of
+    equilibria than that from first touch.
     """
     designs, positions = problem.positions.shape
-    modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(problem)
-    walk, measuring = make_walk(modes), rows.make_measuring(points)
-    start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
         for lane in range(LANES):
