@@ -31,8 +31,9 @@ class Lanes(NamedTuple):
     LANES) from the tip to the contact.
 
     Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
-    (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
-    (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
+    (m, LANES) and across: (3, m, LANES), solutions with it; pull: (3, m, LANES) of
+    `path.frictionless`; work: (Q, LANES); fx, fy, moved: (LANES,); pending: bool. Of `path.tip`:
+    flexible, change, small: (3, 3, LANES); reach, slide,
     leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept,
     determinant: (LANES,).
 
@@ -70,6 +71,7 @@ class Lanes(NamedTuple):
     negative: np.ndarray
     down: np.ndarray
     across: np.ndarray
+    pull: np.ndarray
     work: np.ndarray
     fx: np.ndarray
     fy: np.ndarray
@@ -140,6 +142,7 @@ def make_lanes(problem):
         negative=np.zeros(LANES),
         down=np.zeros((modes, LANES)),
         across=np.zeros((3, modes, LANES)),
+        pull=np.zeros((3, modes, LANES)),
         work=np.zeros((points, LANES)),
         fx=np.zeros(LANES),
         fy=np.zeros(LANES),

@@ -22,7 +22,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import rod
 from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
-from fastncm.path import tip
+from fastncm.path import frictionless, rubbing
 
 # --- columns of a row ----------------------------------------------------------------------------
 (
@@ -182,9 +182,12 @@ def _estimate(problem, lanes, at):
     """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
     force."""
     gap, basis, weights = lanes.gap, lanes.basis, problem.rule.weights
-    turn, total, size, unit, wrench, kept = at.x, at.total, at.size, at.unit, at.wrench, at.kept
+    turn, total, size, unit, wrench = at.x, at.total, at.size, at.unit, at.wrench
     modes, points = lanes.u.shape[0], turn.shape[0]
-    tip.adjoint(lanes, wrench, at.kept, at.moved)
+    if lanes.rubs[0]:
+        rubbing.adjoint(lanes, wrench, at.kept, at.moved)
+    else:
+        frictionless.adjoint(lanes, wrench, at.moved)
     for i in range(3):
         for lane in range(LANES):
             unit[i, lane] = gap[c.GX + i, lane]
@@ -197,13 +200,6 @@ def _estimate(problem, lanes, at):
             for lane in range(LANES):
                 unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
     # the adjoint shape `down` turns the axis at the nodes by `turn`
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.down[k, lane] = (
-                kept[0, lane] * lanes.across[0, k, lane]
-                + kept[1, lane] * lanes.across[1, k, lane]
-                + kept[2, lane] * lanes.across[2, k, lane]
-            )
     for q in range(points):
         for lane in range(LANES):
             turn[q, lane] = 0.0

@@ -33,6 +33,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.lanewise import dot
 
 
 @inner
@@ -46,16 +47,12 @@ def prepare(lanes):
     _change(lanes, 0, c.HXX, c.HXY, c.HXP)
     _change(lanes, 1, c.HXY, c.HYY, c.HYP)
     _change(lanes, 2, c.HXP, c.HYP, c.HPP)
-    if lanes.rubs[0]:
-        for lane in range(LANES):
-            lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
+    for lane in range(LANES):
+        lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
     normal = lanes.gap[c.GX : c.GP + 1]
     for i in range(3):
         for lane in range(LANES):
-            lanes.pushed[i, lane] = normal[i, lane]
-        if lanes.rubs[0]:
-            for lane in range(LANES):
-                lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
+            lanes.pushed[i, lane] = normal[i, lane] + lanes.side[lane] * lanes.tangent[i, lane]
         for lane in range(LANES):
             lanes.driven[i, lane] = -lanes.change[i, 0, lane]
     bend(lanes, normal, lanes.reach)
@@ -78,7 +75,7 @@ def prepare(lanes):
                 )
     unsymmetric.factorise(lanes.small)
     unsymmetric.solve(lanes.small, lanes.pushed)
-    _dot(lanes.reach, lanes.pushed, lanes.moved)
+    dot(lanes.reach, lanes.pushed, lanes.moved)
     for lane in range(LANES):
         lanes.inverse[0, 0, lane] = 1.0 / lanes.moved[lane]
     if lanes.holds[0]:
@@ -102,22 +99,15 @@ def _change(lanes, j, hx, hy, hp):
     """Column j of D: lambda d(a) + rub d(tau), with the row of the gap's Hessian that belongs to
     it."""
     gap, force, rub = lanes.gap, lanes.force, lanes.rub
+    # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
     for lane in range(LANES):
-        lanes.change[0, j, lane] = force[lane] * gap[hx, lane]
+        lanes.change[0, j, lane] = force[lane] * gap[hx, lane] - rub[lane] * gap[hy, lane]
     for lane in range(LANES):
-        lanes.change[1, j, lane] = force[lane] * gap[hy, lane]
+        lanes.change[1, j, lane] = force[lane] * gap[hy, lane] + rub[lane] * gap[hx, lane]
     for lane in range(LANES):
-        lanes.change[2, j, lane] = force[lane] * gap[hp, lane]
-    if lanes.rubs[0]:
-        # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
-        for lane in range(LANES):
-            lanes.change[0, j, lane] -= rub[lane] * gap[hy, lane]
-        for lane in range(LANES):
-            lanes.change[1, j, lane] += rub[lane] * gap[hx, lane]
-        for lane in range(LANES):
-            lanes.change[2, j, lane] += rub[lane] * (
-                lanes.arm[0, lane] * gap[hx, lane] + lanes.arm[1, lane] * gap[hy, lane]
-            )
+        lanes.change[2, j, lane] = force[lane] * gap[hp, lane] + rub[lane] * (
+            lanes.arm[0, lane] * gap[hx, lane] + lanes.arm[1, lane] * gap[hy, lane]
+        )
 
 
 @inlined
@@ -134,17 +124,6 @@ def bend(lanes, wrench, out):
 
 
 @inlined
-def _dot(one, other, out):
-    """Products of vectors (3, LANES), lane by lane."""
-    for lane in range(LANES):
-        out[lane] = (
-            one[0, lane] * other[0, lane]
-            + one[1, lane] * other[1, lane]
-            + one[2, lane] * other[2, lane]
-        )
-
-
-@inlined
 def _hold(lanes):
     """The second equation of the lanes that stick. ``lanes.moved`` has the first one's coefficient
     on entry, the determinant on return."""
@@ -153,9 +132,9 @@ def _hold(lanes):
             lanes.held[i, lane] = lanes.tangent[i, lane]
     unsymmetric.solve(lanes.small, lanes.held)
     bend(lanes, lanes.tangent, lanes.slide)
-    _dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
-    _dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
-    _dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
+    dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
+    dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
+    dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
     for lane in range(LANES):
         a, b = lanes.moved[lane], lanes.inverse[0, 1, lane]
         p, q = lanes.inverse[1, 0, lane], lanes.inverse[1, 1, lane]
@@ -182,8 +161,8 @@ def respond(lanes, lack, crept, force, rub):
     """
     answer, shift, left = lanes.answer, lanes.shift, lanes.moved
     unsymmetric.solve(lanes.small, answer)
-    _dot(lanes.gap[c.GX : c.GP + 1], shift, left)
-    _dot(lanes.reach, answer, force)
+    dot(lanes.gap[c.GX : c.GP + 1], shift, left)
+    dot(lanes.reach, answer, force)
     for lane in range(LANES):
         force[lane] = lack[lane] - left[lane] - force[lane]
     if lanes.holds[0]:
@@ -198,9 +177,8 @@ def respond(lanes, lack, crept, force, rub):
             answer[i, lane] += force[lane] * lanes.pushed[i, lane]
     for lane in range(LANES):
         force[lane] -= lanes.penalty[lane] * lack[lane]
-    if lanes.rubs[0]:
-        for lane in range(LANES):
-            rub[lane] += lanes.side[lane] * force[lane]
+    for lane in range(LANES):
+        rub[lane] += lanes.side[lane] * force[lane]
 
 
 @inlined
@@ -208,8 +186,8 @@ def _answer_slip(lanes, crept, force, rub):
     """The last system with the lanes that stick. force: (LANES,), its first right side on entry,
     lambda on return; rub: (LANES,), overwritten."""
     rest = lanes.crept
-    _dot(lanes.slide, lanes.answer, rub)
-    _dot(lanes.tangent, lanes.shift, rest)
+    dot(lanes.slide, lanes.answer, rub)
+    dot(lanes.tangent, lanes.shift, rest)
     for lane in range(LANES):
         first, second = force[lane], crept[lane] - rest[lane] - rub[lane]
         force[lane] = lanes.inverse[0, 0, lane] * first + lanes.inverse[0, 1, lane] * second
@@ -247,7 +225,7 @@ def adjoint(lanes, wrench, kept, moved):
                 + lanes.change[1, i, lane] * moved[1, lane]
                 + lanes.change[2, i, lane] * moved[2, lane]
             )
-    _dot(lanes.leaned, moved, lanes.moved)
+    dot(lanes.leaned, moved, lanes.moved)
     for i in range(3):
         for lane in range(LANES):
             wrench[i, lane] = kept[i, lane] - (

@@ -66,11 +66,11 @@ def make_trace(
 def begin_block(problem, first, lanes):
     """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
     designs = problem.positions.shape[0]
-    lanes.rubs[0] = False
+    lanes.rubs[0], lanes.holds[0] = False, False
     for lane in range(LANES):
         lanes.mu[lane] = problem.mu[first + lane] if first + lane < designs else 0.0
         lanes.rubs[0] = lanes.rubs[0] or lanes.mu[lane] > 0.0
-        lanes.rub[lane], lanes.side[lane] = 0.0, 0.0
+        lanes.rub[lane], lanes.rub_rate[lane], lanes.side[lane] = 0.0, 0.0, 0.0
         lanes.design[lane] = first + lane if first + lane < designs else -1
         lanes.active[lane] = False
         if first + lane < designs:
