@@ -36,17 +36,7 @@ def tip_pose(slope, end, weights, u, sin, cos, pose):
     LANES) of the angle; pose: (3, LANES), the tip's x, y and the angle of its section.
     """
     modes, points = slope.shape[0], slope.shape[1]
-    if _has_size(slope, 4, 7) and u.shape[1] == LANES and sin.shape[1] == LANES:
-        _angles(slope, u, sin, _4, _7)
-    elif _has_size(slope, 5, 8) and u.shape[1] == LANES and sin.shape[1] == LANES:
-        _angles(slope, u, sin, _5, _8)
-    else:
-        for q in range(points):
-            for lane in range(LANES):
-                sin[q, lane] = slope[0, q, lane] * u[0, lane]
-            for k in range(1, modes):
-                for lane in range(LANES):
-                    sin[q, lane] += slope[k, q, lane] * u[k, lane]
+    add_up(slope, u, sin)
     for q in range(points):
         for lane in range(LANES):
             sin[q, lane], cos[q, lane] = sincos(sin[q, lane])
@@ -74,13 +64,62 @@ def tip_pose(slope, end, weights, u, sin, cos, pose):
 
 
 @inlined
-def _angles(slope, u, theta, modes, points):
+def add_up(slope, u, theta):
+    """Angles at the Gauss points, ``theta_q = sum_k slope_kq u_k``.
+
+    slope: (m, Q, LANES); u: (m, LANES); theta: (Q, LANES), overwritten.
+    """
+    if _has_size(slope, 4, 7) and u.shape[1] == LANES:
+        _add_up(slope, u, theta, _4, _7)
+    elif _has_size(slope, 5, 8) and u.shape[1] == LANES:
+        _add_up(slope, u, theta, _5, _8)
+    else:
+        for q in range(slope.shape[1]):
+            for lane in range(LANES):
+                theta[q, lane] = slope[0, q, lane] * u[0, lane]
+            for k in range(1, slope.shape[0]):
+                for lane in range(LANES):
+                    theta[q, lane] += slope[k, q, lane] * u[k, lane]
+
+
+@inlined
+def _add_up(slope, u, theta, modes, points):
     for q in range(len(points)):
         for lane in range(LANES):
             total = 0.0
             for k in range(len(modes)):
                 total += slope[k, q, lane] * u[k, lane]
             theta[q, lane] = total
+
+
+@inlined
+def project(slope, values, out):
+    """The transpose of `add_up`: ``out_k = sum_q slope_kq values_q``.
+
+    slope: (n, Q, LANES); values: (Q, LANES); out: (n, LANES), overwritten.
+    """
+    known = slope.shape[2] == LANES and values.shape[1] == LANES
+    if known and slope.shape[1] == 7:
+        _project(slope, values, out, _7)
+    elif known and slope.shape[1] == 8:
+        _project(slope, values, out, _8)
+    else:
+        for k in range(slope.shape[0]):
+            for lane in range(LANES):
+                out[k, lane] = 0.0
+            for q in range(slope.shape[1]):
+                for lane in range(LANES):
+                    out[k, lane] += slope[k, q, lane] * values[q, lane]
+
+
+@inlined
+def _project(slope, values, out, points):
+    for k in range(slope.shape[0]):
+        for lane in range(LANES):
+            total = 0.0
+            for q in range(len(points)):
+                total += slope[k, q, lane] * values[q, lane]
+            out[k, lane] = total
 
 
 @inlined
@@ -165,30 +204,27 @@ def _add_outer_products(slope, work, hessian, modes, points):
 
 
 @kernel
-def node_positions(integral, sin, cos, x, y):
-    """Positions of the Gauss points on the axis. integral: (Q, Q); x, y: (Q, LANES),
-    overwritten."""
-    points = sin.shape[0]
-    if points == 7:
-        _integrate(integral, cos, x, _7)
-        _integrate(integral, sin, y, _7)
-    elif points == 8:
-        _integrate(integral, cos, x, _8)
-        _integrate(integral, sin, y, _8)
+def running_integral(integral, values, out):
+    """Integrals from the clamp to the Gauss points: of ``cos theta`` and ``sin theta`` these are
+    the nodes' positions. integral: (Q, Q); values, out: (Q, LANES), `out` overwritten."""
+    points = values.shape[0]
+    known = values.shape[1] == LANES
+    if known and points == 7:
+        _running_integral(integral, values, out, _7)
+    elif known and points == 8:
+        _running_integral(integral, values, out, _8)
     else:
         for i in range(points):
             for lane in range(LANES):
-                x[i, lane] = 0.0
-                y[i, lane] = 0.0
+                out[i, lane] = 0.0
             for q in range(points):
                 weight = integral[i, q]
                 for lane in range(LANES):
-                    x[i, lane] += weight * cos[q, lane]
-                    y[i, lane] += weight * sin[q, lane]
+                    out[i, lane] += weight * values[q, lane]
 
 
 @inlined
-def _integrate(integral, values, out, points):
+def _running_integral(integral, values, out, points):
     for i in range(len(points)):
         for lane in range(LANES):
             total = 0.0

@@ -16,15 +16,19 @@ estimate need are products with their solutions. With friction there is no such 
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod, symmetric
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inlined
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot
+from fastncm.path.lanes import known_strides
 
 #: The penalty's stiffness over that of the finger against the contact, which is near 1 / |A|^2.
 PENALTY = 10.0
 
+# sizes that LLVM knows (`kernels.rod`)
+_4, _5 = (0,) * 4, (0,) * 5
 
-@inner
+
+@inlined
 def linearise(problem, lanes):
     """Factor of the Hessian under the force as it stands, and the contact's compliance with it.
 
@@ -34,8 +38,7 @@ def linearise(problem, lanes):
     what a lane ends with must not depend on how long its neighbours take.
     """
     modes = lanes.u.shape[0]
-    gap, end, pull, pending = lanes.gap, lanes.basis.end, lanes.pull, lanes.pending
-    x, y = lanes.gradient[0], lanes.gradient[1]
+    gap, pending = lanes.gap, lanes.pending
     force, stiffness, compliance = lanes.work[0], lanes.work[1], lanes.moved
     for lane in range(LANES):
         force[lane] = lanes.force[lane] if pending[lane] else 0.0
@@ -44,20 +47,12 @@ def linearise(problem, lanes):
         stiffness[lane] = PENALTY / stiffness[lane] if pending[lane] else 0.0
     for lane in range(LANES):
         lanes.penalty[lane] = stiffness[lane] if pending[lane] else lanes.penalty[lane]
-    for k in range(modes):
-        _pull(lanes, force, c.HXX, c.HXY, c.HXP, 0, k)
-        _pull(lanes, force, c.HXY, c.HYY, c.HYP, 1, k)
-        _pull(lanes, force, c.HXP, c.HYP, c.HPP, 2, k)
-        for j in range(k + 1):
-            unit = 1.0 if j == k else 0.0
-            for lane in range(LANES):
-                lanes.hessian[k, j, lane] = (
-                    unit
-                    + stiffness[lane] * lanes.jacobian[k, lane] * lanes.jacobian[j, lane]
-                    - pull[0, k, lane] * x[j, lane]
-                    - pull[1, k, lane] * y[j, lane]
-                    - pull[2, k, lane] * end[j, lane]
-                )
+    if modes == 4:
+        _contact_stiffness(lanes, force, stiffness, _4)
+    elif modes == 5:
+        _contact_stiffness(lanes, force, stiffness, _5)
+    else:
+        _contact_stiffness(lanes, force, stiffness, lanes.u)
     for lane in range(LANES):
         lanes.fx[lane] = force[lane] * gap[c.GX, lane]
     for lane in range(LANES):
@@ -74,7 +69,7 @@ def linearise(problem, lanes):
     )
     symmetric.factorise(lanes.hessian, lanes.negative)
     _solve_pending(lanes, lanes.jacobian, lanes.across[0])
-    _solve_pending(lanes, pull[0], lanes.across[1])
+    _solve_pending(lanes, lanes.pull[0], lanes.across[1])
     dot(lanes.jacobian, lanes.across[0], compliance)
     for lane in range(LANES):
         inverse = 1.0 / compliance[lane]
@@ -86,14 +81,39 @@ def linearise(problem, lanes):
 
 
 @inlined
-def _pull(lanes, force, by_x, by_y, by_psi, row, k):
-    """One component of lambda d(grad g) for unknown `k`."""
+def _contact_stiffness(lanes, force, stiffness, modes):
+    """``pull = lambda d(grad g)`` by the unknowns, and ``1 + w A^T A - pull^T J`` in the Hessian.
+
+    force, stiffness (w): (LANES,); modes: a tuple of the number of modes, where LLVM shall know it,
+    or anything else of that length.
+    """
+    if not known_strides(lanes, len(modes)):
+        return
+    gap, pull, jacobian, end = lanes.gap, lanes.pull, lanes.jacobian, lanes.basis.end
+    x, y = lanes.gradient[0], lanes.gradient[1]
     for lane in range(LANES):
-        lanes.pull[row, k, lane] = force[lane] * (
-            lanes.gap[by_x, lane] * lanes.gradient[0, k, lane]
-            + lanes.gap[by_y, lane] * lanes.gradient[1, k, lane]
-            + lanes.gap[by_psi, lane] * lanes.basis.end[k, lane]
-        )
+        for k in range(len(modes)):
+            by_x, by_y, by_psi = x[k, lane], y[k, lane], end[k, lane]
+            pull[0, k, lane] = force[lane] * (
+                gap[c.HXX, lane] * by_x + gap[c.HXY, lane] * by_y + gap[c.HXP, lane] * by_psi
+            )
+            pull[1, k, lane] = force[lane] * (
+                gap[c.HXY, lane] * by_x + gap[c.HYY, lane] * by_y + gap[c.HYP, lane] * by_psi
+            )
+            pull[2, k, lane] = force[lane] * (
+                gap[c.HXP, lane] * by_x + gap[c.HYP, lane] * by_y + gap[c.HPP, lane] * by_psi
+            )
+    for k in range(len(modes)):
+        for j in range(k + 1):
+            unit = 1.0 if j == k else 0.0
+            for lane in range(LANES):
+                lanes.hessian[k, j, lane] = (
+                    unit
+                    + stiffness[lane] * jacobian[k, lane] * jacobian[j, lane]
+                    - pull[0, k, lane] * x[j, lane]
+                    - pull[1, k, lane] * y[j, lane]
+                    - pull[2, k, lane] * end[j, lane]
+                )
 
 
 @inlined
@@ -106,7 +126,7 @@ def _solve_pending(lanes, right, out):
     symmetric.solve(lanes.hessian, out)
 
 
-@inner
+@inlined
 def step(lanes):
     """One Newton step of the pending lanes with the factor of `linearise`."""
     modes, pending = lanes.u.shape[0], lanes.pending
@@ -127,7 +147,7 @@ def step(lanes):
         lanes.force[lane] = whole if pending[lane] else lanes.force[lane]
 
 
-@inner
+@inlined
 def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
@@ -156,7 +176,7 @@ def _pose_of(lanes, shape, out):
     dot(lanes.basis.end, shape, out[2])
 
 
-@inner
+@inlined
 def adjoint(lanes, wrench, moved):
     """What a lack of equilibrium does to the force: ``d lambda = - y . rho`` for a residual ``rho``
     of the modes' equations, with ``y = H^-1 A^T / (A H^-1 A^T)``.

@@ -18,11 +18,14 @@ from fastncm.kernels.gap import closest_gap, store
 from fastncm.kernels.lanewise import dot
 from fastncm.kernels.trig import sincos
 from fastncm.path import frictionless, rubbing, tip
-from fastncm.path.lanes import AS_STORED
+from fastncm.path.lanes import AS_STORED, known_strides
 from fastncm.path.slip import slip
 
+# sizes that LLVM knows (`kernels.rod`)
+_4, _5 = (0,) * 4, (0,) * 5
 
-@inner
+
+@inlined
 def evaluate(problem, lanes):
     """Pose, smallest gap, its gradient and the residual of every active lane, from `u`, `force`,
     `rub` and `t`.
@@ -52,52 +55,72 @@ def evaluate(problem, lanes):
                 lanes.fx[lane],
             )
             store(gap, lanes.gap, lane)
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.jacobian[k, lane] = (
-                lanes.gap[c.GX, lane] * lanes.gradient[0, k, lane]
-                + lanes.gap[c.GY, lane] * lanes.gradient[1, k, lane]
-                + lanes.gap[c.GP, lane] * basis.end[k, lane]
-            )
+    for lane in range(LANES):
+        lanes.loaded[0, lane] = lanes.force[lane] * lanes.gap[c.GX, lane]
+        lanes.loaded[1, lane] = lanes.force[lane] * lanes.gap[c.GY, lane]
+        lanes.loaded[2, lane] = lanes.force[lane] * lanes.gap[c.GP, lane]
     if lanes.rubs[0]:
         _tangent(problem, lanes)
-    _residual(lanes)
+        for i in range(3):
+            for lane in range(LANES):
+                lanes.loaded[i, lane] += lanes.rub[lane] * lanes.tangent[i, lane]
+    if modes == 4:
+        _jacobian(lanes, _4)
+        _residual(lanes, _4)
+    elif modes == 5:
+        _jacobian(lanes, _5)
+        _residual(lanes, _5)
+    else:
+        _jacobian(lanes, lanes.u)
+        _residual(lanes, lanes.u)
+    if lanes.holds[0]:
+        dot(lanes.jacobian, lanes.u, lanes.moved)
+        for lane in range(LANES):
+            if lanes.sticks[lane]:
+                deflection = max(abs(lanes.moved[lane]), c.GAP_ROUNDING)
+                crept = abs(lanes.slipped[lane] - lanes.anchor[lane]) / deflection
+                lanes.residual[lane] = max(lanes.residual[lane], crept)
 
 
 @inlined
-def _residual(lanes):
-    """Stationarity over the largest unknown, gap over the deflection ``A u`` of the contact."""
-    largest, slack, moved, lack = lanes.fx, lanes.fy, lanes.moved, lanes.down
+def _jacobian(lanes, modes):
+    """dg/du. modes: a tuple of the number of modes, where LLVM shall know it, or anything else of
+    that length."""
+    gap, gradient, end = lanes.gap, lanes.gradient, lanes.basis.end
+    if not known_strides(lanes, len(modes)):
+        return
     for lane in range(LANES):
-        largest[lane] = 0.0
+        for k in range(len(modes)):
+            lanes.jacobian[k, lane] = (
+                gap[c.GX, lane] * gradient[0, k, lane]
+                + gap[c.GY, lane] * gradient[1, k, lane]
+                + gap[c.GP, lane] * end[k, lane]
+            )
+
+
+@inlined
+def _residual(lanes, modes):
+    """Stationarity over the largest unknown, gap over the deflection ``A u`` of the contact.
+
+    ``lanes.loaded`` is the contact's wrench; modes as in `_jacobian`.
+    """
+    gradient, end, loaded = lanes.gradient, lanes.basis.end, lanes.loaded
+    if not known_strides(lanes, len(modes)):
+        return
     for lane in range(LANES):
-        slack[lane] = 0.0
-    for k in range(lanes.u.shape[0]):
-        for lane in range(LANES):
-            lack[k, lane] = lanes.u[k, lane] - lanes.jacobian[k, lane] * lanes.force[lane]
-        if lanes.rubs[0]:
-            for lane in range(LANES):
-                lack[k, lane] -= lanes.rub[lane] * (
-                    lanes.tangent[0, lane] * lanes.gradient[0, k, lane]
-                    + lanes.tangent[1, lane] * lanes.gradient[1, k, lane]
-                    + lanes.tangent[2, lane] * lanes.basis.end[k, lane]
-                )
-        for lane in range(LANES):
-            largest[lane] = max(largest[lane], abs(lanes.u[k, lane]))
-        for lane in range(LANES):
-            slack[lane] = max(slack[lane], abs(lack[k, lane]))
-    dot(lanes.jacobian, lanes.u, moved)
-    for lane in range(LANES):
-        stationarity = slack[lane] / max(largest[lane], c.GAP_ROUNDING)
-        deflection = max(abs(moved[lane]), c.GAP_ROUNDING)
-        contact = abs(lanes.gap[c.GAP, lane]) / deflection
-        lanes.residual[lane] = max(stationarity, contact)
-    if lanes.holds[0]:
-        for lane in range(LANES):
-            if lanes.sticks[lane]:
-                deflection = max(abs(moved[lane]), c.GAP_ROUNDING)
-                crept = abs(lanes.slipped[lane] - lanes.anchor[lane]) / deflection
-                lanes.residual[lane] = max(lanes.residual[lane], crept)
+        largest, slack, moved = c.GAP_ROUNDING, 0.0, 0.0
+        for k in range(len(modes)):
+            u = lanes.u[k, lane]
+            lack = u - (
+                loaded[0, lane] * gradient[0, k, lane]
+                + loaded[1, lane] * gradient[1, k, lane]
+                + loaded[2, lane] * end[k, lane]
+            )
+            largest = max(largest, abs(u))
+            slack = max(slack, abs(lack))
+            moved += lanes.jacobian[k, lane] * u
+        contact = abs(lanes.gap[c.GAP, lane]) / max(abs(moved), c.GAP_ROUNDING)
+        lanes.residual[lane] = max(slack / largest, contact)
 
 
 @inlined
@@ -126,7 +149,7 @@ def _tangent(problem, lanes):
                 lanes.slipped[lane] = slip(problem, lanes, lane)
 
 
-@inner
+@inlined
 def linearise(problem, lanes):
     """Factors of the evaluated state for a step of the pending lanes; sets their `determinant`,
     positive where the solution is one that counts."""
@@ -137,7 +160,7 @@ def linearise(problem, lanes):
         frictionless.linearise(problem, lanes)
 
 
-@inner
+@inlined
 def step(lanes):
     """One Newton step of the pending lanes with the factors of `linearise`."""
     if lanes.rubs[0]:
@@ -146,7 +169,7 @@ def step(lanes):
         frictionless.step(lanes)
 
 
-@inner
+@inlined
 def rates(lanes):
     """Derivatives of shape, forces and pose by the target's position, with the last factor."""
     if lanes.rubs[0]:
@@ -176,22 +199,21 @@ def correct(problem, lanes, tolerance, most):
     for lane in range(LANES):
         pending[lane] = lanes.active[lane]
         lanes.iterations[lane] = 0 if lanes.active[lane] else lanes.iterations[lane]
-    evaluate(problem, lanes)
-    for _ in range(most):
+    for done in range(most + 1):
+        evaluate(problem, lanes)
+        left = done == 0
+        for lane in range(LANES):
+            if pending[lane] and done > 0 and lanes.residual[lane] <= tolerance:
+                pending[lane] = False
+            left = left or pending[lane]
+        if done == most or not left:
+            break
         linearise(problem, lanes)
         for lane in range(LANES):
             if pending[lane]:
                 lanes.iterations[lane] += 1
                 pending[lane] = lanes.determinant[lane] > 0.0
         step(lanes)
-        evaluate(problem, lanes)
-        left = False
-        for lane in range(LANES):
-            if pending[lane] and lanes.residual[lane] <= tolerance:
-                pending[lane] = False
-            left = left or pending[lane]
-        if not left:
-            break
     for lane in range(LANES):
         if lanes.active[lane]:
             on_branch = lanes.mu[lane] == 0.0 or lanes.determinant[lane] > 0.0

@@ -1,20 +1,20 @@
 """Newton's method with friction: one step, and the rates, through the tip's pose (`path.tip`).
 
-The modes' Hessian under the force as it stands has no part of the contact in it but the penalty; the
-contact is answered by the wrench on the tip. Three systems are solved with the factor, one for each
-component of the wrench.
+The modes' Hessian under the force as it stands has no part of the contact in it but the penalty;
+the contact is answered by the wrench on the tip. Three systems are solved with the factor, one for
+each component of the wrench.
 """
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod, symmetric
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inlined
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot
 from fastncm.path import tip
 from fastncm.path.frictionless import PENALTY
 
 
-@inner
+@inlined
 def linearise(problem, lanes):
     """Factor of the modes' Hessian under the force as it stands, and the tip's flexibility.
 
@@ -92,7 +92,7 @@ def _keep_flexibility(lanes, row, i, j):
         lanes.flexible[j, i, lane] = lanes.flexible[i, j, lane]
 
 
-@inner
+@inlined
 def step(lanes):
     """One Newton step of the pending lanes with the factors of `linearise` and `tip.prepare`."""
     modes, pending = lanes.u.shape[0], lanes.pending
@@ -130,7 +130,7 @@ def step(lanes):
             lanes.u[k, lane] += lanes.down[k, lane] if pending[lane] else 0.0
 
 
-@inner
+@inlined
 def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
@@ -148,7 +148,7 @@ def rates(lanes):
     tip.bend(lanes, lanes.answer, lanes.pose_rate)
 
 
-@inner
+@inlined
 def adjoint(lanes, wrench, kept, moved):
     """`tip.adjoint`, with the shape that belongs to it in ``lanes.down``: the counterpart of
     `frictionless.adjoint`."""

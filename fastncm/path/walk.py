@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.path import rows
 
@@ -114,7 +114,7 @@ def predict(lanes, walk):
         lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
 
-@inner
+@inlined
 def remember(lanes, walk):
     """Store the solved positions of the active lanes; a new feature starts the predictor afresh."""
     modes = lanes.u.shape[0]
