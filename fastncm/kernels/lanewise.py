@@ -1,4 +1,4 @@
-"""Products of small vectors, for `LANES` designs side by side."""
+"""Products of small vectors and matrices, for `LANES` designs side by side."""
 
 from fastncm.kernels.cache import inlined
 from fastncm.kernels.constants import LANES
@@ -34,3 +34,15 @@ def _dot(one, other, out, size):
         for k in range(len(size)):
             total += one[k, lane] * other[k, lane]
         out[lane] = total
+
+
+@inlined
+def multiply(matrix, vector, out):
+    """``out = matrix vector``. matrix: (3, 3, LANES); vector, out: (3, LANES), not the same."""
+    for i in range(3):
+        for lane in range(LANES):
+            out[i, lane] = (
+                matrix[i, 0, lane] * vector[0, lane]
+                + matrix[i, 1, lane] * vector[1, lane]
+                + matrix[i, 2, lane] * vector[2, lane]
+            )

@@ -160,9 +160,7 @@ def rates(lanes):
         rate[lane] = (rate[lane] + gap[c.GX, lane]) * lanes.inverse[0, 0, lane]
     for k in range(lanes.u.shape[0]):
         for lane in range(LANES):
-            lanes.u_rate[k, lane] = (
-                rate[lane] * lanes.across[0, k, lane] - lanes.across[1, k, lane]
-            )
+            lanes.u_rate[k, lane] = rate[lane] * lanes.across[0, k, lane] - lanes.across[1, k, lane]
     for lane in range(LANES):
         rate[lane] -= lanes.penalty[lane] * gap[c.GX, lane]
     _pose_of(lanes, lanes.u_rate, lanes.pose_rate)

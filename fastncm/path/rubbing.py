@@ -9,7 +9,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import rod, symmetric
 from fastncm.kernels.cache import inlined
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.lanewise import dot
+from fastncm.kernels.lanewise import dot, multiply
 from fastncm.path import tip
 from fastncm.path.frictionless import PENALTY
 
@@ -104,13 +104,7 @@ def step(lanes):
         for lane in range(LANES):
             lanes.down[k, lane] = lanes.u[k, lane]
     symmetric.solve(lanes.hessian, lanes.down)
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.answer[i, lane] = (
-                lanes.change[i, 0, lane] * lanes.shift[0, lane]
-                + lanes.change[i, 1, lane] * lanes.shift[1, lane]
-                + lanes.change[i, 2, lane] * lanes.shift[2, lane]
-            )
+    multiply(lanes.change, lanes.shift, lanes.answer)
     lack, crept, force, rub = lanes.work[0], lanes.work[1], lanes.fx, lanes.fy
     for lane in range(LANES):
         lack[lane] = -lanes.gap[c.GAP, lane]

@@ -33,7 +33,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.lanewise import dot
+from fastncm.kernels.lanewise import dot, multiply
 
 
 @inner
@@ -44,34 +44,33 @@ def prepare(lanes):
     (C a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a
     unit of lambda and of rub), inverse (of the last system) and determinant.
     """
-    _change(lanes, 0, c.HXX, c.HXY, c.HXP)
-    _change(lanes, 1, c.HXY, c.HYY, c.HYP)
-    _change(lanes, 2, c.HXP, c.HYP, c.HPP)
+    if not _known_strides(lanes):
+        return
+    gap, change, leaned, flexible = lanes.gap, lanes.change, lanes.leaned, lanes.flexible
+    _change_of_wrench(lanes)
     for lane in range(LANES):
-        lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
-    normal = lanes.gap[c.GX : c.GP + 1]
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.pushed[i, lane] = normal[i, lane] + lanes.side[lane] * lanes.tangent[i, lane]
-        for lane in range(LANES):
-            lanes.driven[i, lane] = -lanes.change[i, 0, lane]
-    bend(lanes, normal, lanes.reach)
-    for i in range(3):
-        for j in range(3):
-            for lane in range(LANES):
-                lanes.change[i, j, lane] += lanes.penalty[lane] * (
-                    lanes.leaned[i, lane] * lanes.leaned[j, lane]
-                    - lanes.pushed[i, lane] * normal[j, lane]
+        for i in range(3):
+            tangent = lanes.tangent[i, lane]
+            lanes.pushed[i, lane] = gap[c.GX + i, lane] + lanes.side[lane] * tangent
+    for lane in range(LANES):
+        for i in range(3):
+            lanes.driven[i, lane] = -change[i, 0, lane]
+    bend(lanes, gap[c.GX : c.GP + 1], lanes.reach)
+    for lane in range(LANES):
+        for i in range(3):
+            for j in range(3):
+                change[i, j, lane] += lanes.penalty[lane] * (
+                    leaned[i, lane] * leaned[j, lane] - lanes.pushed[i, lane] * gap[c.GX + j, lane]
                 )
-    for i in range(3):
-        for j in range(3):
-            unit = 1.0 if i == j else 0.0
-            for lane in range(LANES):
+    for lane in range(LANES):
+        for i in range(3):
+            for j in range(3):
+                unit = 1.0 if i == j else 0.0
                 lanes.small[i, j, lane] = (
                     unit
-                    - lanes.change[i, 0, lane] * lanes.flexible[0, j, lane]
-                    - lanes.change[i, 1, lane] * lanes.flexible[1, j, lane]
-                    - lanes.change[i, 2, lane] * lanes.flexible[2, j, lane]
+                    - change[i, 0, lane] * flexible[0, j, lane]
+                    - change[i, 1, lane] * flexible[1, j, lane]
+                    - change[i, 2, lane] * flexible[2, j, lane]
                 )
     unsymmetric.factorise(lanes.small)
     unsymmetric.solve(lanes.small, lanes.pushed)
@@ -95,32 +94,49 @@ def prepare(lanes):
 
 
 @inlined
-def _change(lanes, j, hx, hy, hp):
-    """Column j of D: lambda d(a) + rub d(tau), with the row of the gap's Hessian that belongs to
-    it."""
+def _known_strides(lanes):
+    """Always true: behind this LLVM knows the strides, and vectorises loops over the lanes with
+    whole matrices in them."""
+    return (
+        lanes.change.shape[1] == 3
+        and lanes.change.shape[2] == LANES
+        and lanes.small.shape[1] == 3
+        and lanes.small.shape[2] == LANES
+        and lanes.flexible.shape[1] == 3
+        and lanes.flexible.shape[2] == LANES
+        and lanes.gap.shape[1] == LANES
+        and lanes.tangent.shape[1] == LANES
+        and lanes.arm.shape[1] == LANES
+        and lanes.pushed.shape[1] == LANES
+        and lanes.driven.shape[1] == LANES
+        and lanes.leaned.shape[1] == LANES
+        and lanes.reach.shape[1] == LANES
+        and lanes.answer.shape[1] == LANES
+    )
+
+
+@inlined
+def _change_of_wrench(lanes):
+    """D = lambda d(a) + rub d(tau), column by column with the row of the gap's Hessian that belongs
+    to it."""
     gap, force, rub = lanes.gap, lanes.force, lanes.rub
-    # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
     for lane in range(LANES):
-        lanes.change[0, j, lane] = force[lane] * gap[hx, lane] - rub[lane] * gap[hy, lane]
-    for lane in range(LANES):
-        lanes.change[1, j, lane] = force[lane] * gap[hy, lane] + rub[lane] * gap[hx, lane]
-    for lane in range(LANES):
-        lanes.change[2, j, lane] = force[lane] * gap[hp, lane] + rub[lane] * (
-            lanes.arm[0, lane] * gap[hx, lane] + lanes.arm[1, lane] * gap[hy, lane]
-        )
+        # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
+        for j in range(3):
+            hx = gap[c.HXP, lane] if j == 2 else gap[c.HXX + j, lane]
+            hy = gap[c.HYP, lane] if j == 2 else gap[c.HXY + j, lane]
+            hp = gap[c.HPP, lane] if j == 2 else gap[c.HXP + j, lane]
+            turned = lanes.arm[0, lane] * hx + lanes.arm[1, lane] * hy
+            turned += gap[c.GP, lane] if j == 2 else 0.0
+            lanes.change[0, j, lane] = force[lane] * hx - rub[lane] * hy
+            lanes.change[1, j, lane] = force[lane] * hy + rub[lane] * hx
+            lanes.change[2, j, lane] = force[lane] * hp + rub[lane] * turned
 
 
 @inlined
 def bend(lanes, wrench, out):
     """``out = C wrench``: by how much a wrench (3, LANES) moves the tip."""
-    flexible = lanes.flexible
-    for i in range(3):
-        for lane in range(LANES):
-            out[i, lane] = (
-                flexible[i, 0, lane] * wrench[0, lane]
-                + flexible[i, 1, lane] * wrench[1, lane]
-                + flexible[i, 2, lane] * wrench[2, lane]
-            )
+    multiply(lanes.flexible, wrench, out)
 
 
 @inlined
