@@ -20,7 +20,7 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import driver, inlined
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot
 from fastncm.path import frictionless, rubbing
@@ -121,7 +121,7 @@ def _copy(values, out, column):
         out[column, lane] = values[lane]
 
 
-@inner
+@inlined
 def measure(problem, lanes, at):
     """Fill the rows of all active lanes from their converged state; `lanes` must come from
     `correct`.

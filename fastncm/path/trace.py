@@ -77,7 +77,7 @@ def begin_block(problem, first, lanes):
             fill_basis(problem, first + lane, lane, lanes.basis)
 
 
-@inner
+@inlined
 def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
@@ -144,7 +144,7 @@ def set_target(problem, i, left, lanes, start, moves):
                 lanes.t[lane] -= (goal - start[lane]) * left / moves[lane]
 
 
-@inner
+@inlined
 def store(i, lanes, measured, trace):
     """Copy the measured rows and the shapes of the good lanes into the trace at position `i`.
 
@@ -160,7 +160,7 @@ def store(i, lanes, measured, trace):
             trace.shapes[d, i, k] = lanes.u[k, lane]
 
 
-@inner
+@inlined
 def _snap_back(problem, lanes, walk, tolerance):
     """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
     from being free: there the finger has lost its hold and has snapped back behind the target."""

@@ -76,7 +76,7 @@ def make_walk(modes):
     )
 
 
-@inner
+@inlined
 def predict(lanes, walk):
     """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
     their rates, along the tangent from one, and the last shape itself where there is no rate."""
