@@ -9,8 +9,8 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inlined, inner, kernel
 from fastncm.kernels.points import smallest_gap
 
-#: Width (in finger lengths, and shares of the position) of a bracket that is at the rounding error,
-#: and trials until then: about eight; a bracket that does not shrink is halved every fourth time.
+#: How far from the ends of its bracket a trial stays (share of the position and a finger length);
+#: trials at most: twelve are usual; a bracket that does not shrink is halved every fourth time.
 _ROUNDING = 4e-16
 _TRIALS = 240
 
@@ -43,7 +43,7 @@ def _locate(form, points, kind, jaw, target, d, free, touching):
     stayed = 0
     for count in range(_TRIALS):
         middle = _trial(count, free, touching, at_free, at_touching)
-        if middle == free:
+        if middle == free or middle == touching:
             break
         gap = _gap(form, points, kind, jaw, target, d, middle)
         if gap >= 0.0:
@@ -58,13 +58,12 @@ def _locate(form, points, kind, jaw, target, d, free, touching):
 @inlined
 def _trial(count, free, touching, at_free, at_touching):
     """Where to look for contact next: where the line through the two gaps is zero, but not at an
-    end of the bracket (`free` itself where there is no place left)."""
+    end of the bracket; in the middle where there is no room for more."""
     way = touching - free
     least = _ROUNDING * (1.0 + abs(free)) / abs(way)
-    if least >= 0.5:
-        return free
-    share = 0.5 if count % 4 == 3 else at_free / (at_free - at_touching)
-    return free + way * min(max(share, least), 1.0 - least)
+    if count % 4 == 3 or least >= 0.5:
+        return 0.5 * (free + touching)
+    return free + way * min(max(at_free / (at_free - at_touching), least), 1.0 - least)
 
 
 @inner
