@@ -61,7 +61,7 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> Cur
     return JawCurve(scene, lowered, solved, summary[0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class JawCurve(Curve):
     """A scene with a jaw, solved along a path."""
 
