@@ -63,33 +63,44 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
     What a design's order is depends on that design alone, so that a table does not depend on how
     its cases were divided into chunks.
     """
-    solver = lowered.scene.solver
     for first in range(0, len(lowered.jaw), _CHUNK):
-        pending = np.arange(first, min(first + _CHUNK, len(lowered.jaw)))
-        order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
-        while len(pending):
-            problem = lowered.problem(order, pending)
-            trace = _trace(problem, solver.rtol, solver.hessian == "exact")
-            _mark_direction(trace, lowered.direction[pending], lowered.turn)
-            accepted = np.ones(len(pending), dtype=bool)
-            if solver.order == "auto" and order < c.MAX_ORDER:
-                accepted = _truncation(trace) <= solver.rtol
-            if accepted.all():
-                yield Solved(pending, order, problem, trace)
-                break
-            if accepted.any():
-                yield _subset(Solved(pending, order, problem, trace), accepted)
-            pending = pending[~accepted]
-            order = min(order + max(1, order // 6), c.MAX_ORDER)
+        chunk = np.arange(first, min(first + _CHUNK, len(lowered.jaw)))
+        rubs = lowered.mu[chunk] > 0.0
+        # apart: without friction there is less to do, and the last digit is another one
+        yield from _solve_chunk(lowered, chunk[~rubs])
+        yield from _solve_chunk(lowered, chunk[rubs])
+
+
+def _solve_chunk(lowered: Lowered, pending: Array) -> Iterator[Solved]:
+    """`solve_paths` of the designs `pending` (D,), all with friction or all without."""
+    solver = lowered.scene.solver
+    order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
+    while len(pending):
+        problem = lowered.problem(order, pending)
+        trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+        _mark_direction(trace, lowered.direction[pending], lowered.turn)
+        accepted = np.ones(len(pending), dtype=bool)
+        if solver.order == "auto" and order < c.MAX_ORDER:
+            accepted = _truncation(trace) <= solver.rtol
+        if accepted.all():
+            yield Solved(pending, order, problem, trace)
+            break
+        if accepted.any():
+            yield _subset(Solved(pending, order, problem, trace), accepted)
+        pending = pending[~accepted]
+        order = min(order + max(1, order // 6), c.MAX_ORDER)
 
 
 def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
     """Write the sense of the target's motion (D,) into all rows; it turns back after row `turn`."""
+    trace.rows[:, :, rows.DIRECTION] = direction[:, None]
+    if turn >= trace.multipliers.shape[1] - 1:
+        return
     place = np.arange(trace.rows.shape[1])
     interval = trace.rows[:, :, rows.INTERVAL]
     event = trace.rows[:, :, rows.KIND] != rows.AT_POSITION
     back = np.where(event, interval >= turn, place > turn)
-    trace.rows[:, :, rows.DIRECTION] = np.where(back, -direction[:, None], direction[:, None])
+    trace.rows[:, :, rows.DIRECTION][back] *= -1.0
 
 
 def _first_order(rtol: float) -> int:

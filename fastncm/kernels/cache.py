@@ -189,7 +189,8 @@ def driver(function: Callable[..., Any]) -> Any:
 def inlined(function: Callable[..., Any]) -> Any:
     """Like `kernel`, for the small functions inside the loop over lanes: always inlined by LLVM.
 
-    A call that returns a tuple of 13 numbers costs 40 ns, the gap itself 3 ns.
+    A call that returns a tuple of 13 numbers costs 40 ns, the gap itself 3 ns. Also for functions
+    of the whole state that are called in one place: to hand over 70 arrays costs 6 ns a design.
     """
     return _compile(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
 

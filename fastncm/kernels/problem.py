@@ -43,16 +43,17 @@ class Basis(NamedTuple):
     """Basis of the designs in the lanes; the lane is the last axis. m = bending + shear modes.
 
     slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; beyond, beyond_end: the same
-    of the first modes that are left out, BEYOND of each field, for the error estimate; area: (Q,
-    LANES) w/w0; ratio: (LANES,).
+    of the first modes that are left out, BEYOND of each field, for the error estimate; strain: (Q,
+    LANES) surface strain by a unit moment, (w0/w)^2, over that at the clamp; strain_end: (LANES,)
+    the same at the tip.
     """
 
     slope: np.ndarray
     end: np.ndarray
     beyond: np.ndarray
     beyond_end: np.ndarray
-    area: np.ndarray
-    ratio: np.ndarray
+    strain: np.ndarray
+    strain_end: np.ndarray
 
 
 @kernel
@@ -78,9 +79,9 @@ def fill_basis(problem, d, lane, basis):
     tables = problem.profile
     points = tables.slope.shape[2]
     order = tables.slope.shape[1] - BEYOND
-    basis.ratio[lane] = problem.ratio[d]
+    basis.strain_end[lane] = 1.0 / problem.ratio[d] ** 2
     for q in range(points):
-        basis.area[q, lane] = tables.area[p, q]
+        basis.strain[q, lane] = 1.0 / tables.area[p, q] ** 2
     for k in range(order):
         basis.end[k, lane] = tables.end[p, k]
         for q in range(points):

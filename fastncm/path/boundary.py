@@ -25,6 +25,88 @@ def _jaw_end(corner: Array, tangent: Array, point: Array, pose: Array) -> tuple[
     return e, np.column_stack([sin * ty - cos * tx, -sin * tx - cos * ty, tx * qy - ty * qx])
 
 
+def _edge_ends_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    point = np.column_stack([t, target[:, c.TARGET_Y]])
+    return _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TAX, c.TAY]], point, pose)
+
+
+def _edge_ends_at_b(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    point = np.column_stack([t, target[:, c.TARGET_Y]])
+    return _jaw_end(jaw[:, [c.BX, c.BY]], jaw[:, [c.TBX, c.TBY]], point, pose)
+
+
+def _face_ends_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    point = np.column_stack([t, target[:, c.TARGET_Y]])
+    return _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TRX, c.TRY]], point, pose)
+
+
+def _a_at_far_corner(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    arm_x, arm_y = _turned(jaw, c.AX, c.AY, pose)
+    e = pose[:, 0] + arm_x - t - target[:, c.TARGET_LENGTH]
+    return e, np.column_stack([np.ones_like(t), np.zeros_like(t), -arm_y])
+
+
+def _face_along_back(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    x, y = _turned(jaw, c.TRX, c.TRY, pose)
+    return x, _turn(-y)
+
+
+def _arc_is_level(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    mx, my = _turned(jaw, c.MX, c.MY, pose)
+    return pose[:, 0] + mx - t, np.column_stack([np.ones_like(t), np.zeros_like(t), -my])
+
+
+def _arc_is_upright(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    mx, my = _turned(jaw, c.MX, c.MY, pose)
+    e = pose[:, 1] + my - target[:, c.TARGET_Y]
+    return e, np.column_stack([np.zeros_like(t), np.ones_like(t), mx])
+
+
+def _level_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    x, y = _turned(jaw, c.TAX, c.TAY, pose)
+    return y, _turn(x)
+
+
+def _level_at_b(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    x, y = _turned(jaw, c.TBX, c.TBY, pose)
+    return y, _turn(x)
+
+
+def _upright_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    x, y = _turned(jaw, c.TAX, c.TAY, pose)
+    return x, _turn(-y)
+
+
+def _upright_at_b(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    x, y = _turned(jaw, c.TBX, c.TBY, pose)
+    return x, _turn(-y)
+
+
+#: What is zero where the contact changes from one feature of a pair to the other.
+_BETWEEN = {
+    # the target's corner or centre leaves the edge at a, at b
+    (c.ON_EDGE, c.ON_A): _edge_ends_at_a,
+    (c.ON_EDGE, c.A_UNDERSIDE): _edge_ends_at_a,
+    (c.ON_EDGE, c.A_FACE): _edge_ends_at_a,
+    (c.ON_EDGE, c.ON_B): _edge_ends_at_b,
+    (c.ON_EDGE, c.B_UNDERSIDE): _edge_ends_at_b,
+    (c.ON_EDGE, c.B_FACE): _edge_ends_at_b,
+    # the centre leaves the return face at a; a leaves the underside at the block's far corner
+    (c.ON_A, c.ON_RETURN): _face_ends_at_a,
+    (c.FAR_RETURN, c.A_UNDERSIDE): _a_at_far_corner,
+    # the return face is upright, along the block's back
+    (c.FAR_RETURN, c.A_BACK): _face_along_back,
+    # the arc is level, upright, at the block's corner
+    (c.ON_EDGE, c.ARC_UNDERSIDE): _arc_is_level,
+    (c.ON_EDGE, c.ARC_FACE): _arc_is_upright,
+    # the arc's level, upright, point reaches one of its ends
+    (c.A_UNDERSIDE, c.ARC_UNDERSIDE): _level_at_a,
+    (c.B_UNDERSIDE, c.ARC_UNDERSIDE): _level_at_b,
+    (c.A_FACE, c.ARC_FACE): _upright_at_a,
+    (c.B_FACE, c.ARC_FACE): _upright_at_b,
+}
+
+
 def boundary(
     first: Array, second: Array, jaw: Array, target: Array, t: Array, pose: Array
 ) -> tuple[Array, Array]:
@@ -34,59 +116,20 @@ def boundary(
     where the two have no common boundary, and its derivatives by the pose (S, 3).
     """
     low, high = np.minimum(first, second), np.maximum(first, second)
-    point = np.column_stack([t, target[:, c.TARGET_Y]])
-    zero, one = np.zeros_like(t), np.ones_like(t)
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    mx = cos * jaw[:, c.MX] - sin * jaw[:, c.MY]
-    my = sin * jaw[:, c.MX] + cos * jaw[:, c.MY]
-    # tangents at the jaw's ends in space
-    ax = cos * jaw[:, c.TAX] - sin * jaw[:, c.TAY]
-    ay = sin * jaw[:, c.TAX] + cos * jaw[:, c.TAY]
-    bx = cos * jaw[:, c.TBX] - sin * jaw[:, c.TBY]
-    by = sin * jaw[:, c.TBX] + cos * jaw[:, c.TBY]
-    e_a, d_a = _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TAX, c.TAY]], point, pose)
-    e_b, d_b = _jaw_end(jaw[:, [c.BX, c.BY]], jaw[:, [c.TBX, c.TBY]], point, pose)
-    e_r, d_r = _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TRX, c.TRY]], point, pose)
-    # corner a from the block's far corner; the return face's normal in space
-    arm_x = cos * jaw[:, c.AX] - sin * jaw[:, c.AY]
-    arm_y = sin * jaw[:, c.AX] + cos * jaw[:, c.AY]
-    far = pose[:, 0] + arm_x - t - target[:, c.TARGET_LENGTH]
-    face_x = cos * jaw[:, c.TRX] - sin * jaw[:, c.TRY]
-    face_y = sin * jaw[:, c.TRX] + cos * jaw[:, c.TRY]
-    edge = low == c.ON_EDGE
-    level = (pose[:, 0] + mx - t, np.column_stack([one, zero, -my]))
-    upright = (pose[:, 1] + my - point[:, 1], np.column_stack([zero, one, mx]))
-    choices = [
-        # the target's corner or centre leaves the edge at a, at b
-        (edge & np.isin(high, (c.ON_A, c.A_UNDERSIDE, c.A_FACE)), (e_a, d_a)),
-        (edge & np.isin(high, (c.ON_B, c.B_UNDERSIDE, c.B_FACE)), (e_b, d_b)),
-        # the centre leaves the return face at a; a leaves the underside at the block's far corner
-        (_pair(low, high, c.ON_A, c.ON_RETURN), (e_r, d_r)),
-        (
-            _pair(low, high, c.FAR_RETURN, c.A_UNDERSIDE),
-            (far, np.column_stack([one, zero, -arm_y])),
-        ),
-        # the return face is upright, along the block's back
-        (_pair(low, high, c.FAR_RETURN, c.A_BACK), (face_x, _turn(-face_y))),
-        # the arc is level, upright, at the block's corner
-        (edge & (high == c.ARC_UNDERSIDE), level),
-        (edge & (high == c.ARC_FACE), upright),
-        # the arc's level, upright, point reaches one of its ends
-        (_pair(low, high, c.A_UNDERSIDE, c.ARC_UNDERSIDE), (ay, _turn(ax))),
-        (_pair(low, high, c.B_UNDERSIDE, c.ARC_UNDERSIDE), (by, _turn(bx))),
-        (_pair(low, high, c.A_FACE, c.ARC_FACE), (ax, _turn(-ay))),
-        (_pair(low, high, c.B_FACE, c.ARC_FACE), (bx, _turn(-by))),
-    ]
     e, derivative = np.full_like(t, np.nan), np.zeros((len(t), 3))
-    for where, (value, by_pose) in choices:
-        e[where], derivative[where] = value[where], by_pose[where]
+    pair = low * (c.VOID + 1) + high
+    for code in np.unique(pair):
+        between = _BETWEEN.get((int(code) // (c.VOID + 1), int(code) % (c.VOID + 1)))
+        if between is not None:
+            at = np.flatnonzero(pair == code)
+            e[at], derivative[at] = between(jaw[at], target[at], t[at], pose[at])
     return e, derivative
 
 
-def _pair(low: Array, high: Array, first: int, second: int) -> Array:
-    """Where the two features are `first` and `second`."""
-    pair: Array = (low == first) & (high == second)
-    return pair
+def _turned(jaw: Array, x: int, y: int, pose: Array) -> tuple[Array, Array]:
+    """A vector of the jaw's frame, by its columns, in space."""
+    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    return cos * jaw[:, x] - sin * jaw[:, y], sin * jaw[:, x] + cos * jaw[:, y]
 
 
 def _turn(by_angle: Array) -> Array:

@@ -13,7 +13,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.points import constraint_count
-from fastncm.kernels.problem import mode_count
+from fastncm.kernels.problem import beyond_count, mode_count
 from fastncm.path import newton, rows
 from fastncm.path.lanes import AS_STORED, make_lanes
 from fastncm.path.trace import LONGEST_MOVE, begin_block, begin_position, set_target, store
@@ -174,7 +174,7 @@ def trace_carefully(problem, options, trace):
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
     lanes = make_lanes(problem)
-    walk, measuring = make_walk(modes), rows.make_measuring(points)
+    walk, measuring = make_walk(modes), rows.make_measuring(points, beyond_count(problem))
     work, spare = make_sqp(problem), make_spare(modes, points)
     start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
     for first in range(0, designs, LANES):

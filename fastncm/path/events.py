@@ -61,18 +61,21 @@ def _touches(
     t = np.empty(len(design))
     locate_touches(problem, design, before, after, t)
     states = make_states(design, t, np.full(len(t), -1), trace.shapes.shape[2])
+    if not len(t):
+        return states
     touching = interval + 1 if kind == rows.TOUCH else interval
     states.side[:] = trace.rows[design, touching, rows.SIDE]
-    if len(t):
-        held = _some(states, np.arange(len(t)))
-        held.hold[:] = np.minimum(trace.rows[design, touching, rows.FEATURE], c.VOID)
-        solve_states(problem, tolerance, states)
-        # where two features touch at once, that of the row beside goes on without a kink
-        held.hold[held.hold == c.VOID] = -1
+    solve_states(problem, tolerance, states)
+    # where two features touch at once, that of the row beside goes on without a kink
+    beside = np.minimum(trace.rows[design, touching, rows.FEATURE], c.VOID)
+    doubtful = np.flatnonzero((beside != states.row[:, rows.FEATURE]) & (beside < c.VOID))
+    if len(doubtful):
+        held = _some(states, doubtful)
+        held.hold[:] = beside[doubtful]
         solve_states(problem, tolerance, held)
         same = np.abs(held.u).max(axis=1) <= _LAST_STEP
-        for mine, beside in zip(states, held, strict=True):
-            mine[same] = beside[same]
+        for mine, new in zip(states, held, strict=True):
+            mine[doubtful[same]] = new[same]
     # solved where there is nothing to solve yet: what counts are the rates; the rest is rounding
     states.u[:] = 0.0
     for column in (rows.FORCE, rows.ENERGY, rows.STRAIN, rows.RESIDUAL, rows.ESTIMATE, rows.RUB):

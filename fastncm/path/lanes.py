@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver
+from fastncm.kernels.cache import driver, inlined
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import Basis, beyond_count, mode_count
 
@@ -27,12 +27,13 @@ class Lanes(NamedTuple):
     what no lane needs is left out.
 
     Evaluation. sin, cos: (Q, LANES); pose: (3, LANES); gradient: (2, m, LANES); gap: (GAP_COLUMNS,
-    LANES); jacobian: (m, LANES) dg/du; tangent: (3, LANES) wrench of a unit force along t; arm: (2,
-    LANES) from the tip to the contact.
+    LANES); jacobian: (m, LANES) dg/du; loaded: (3, LANES) the contact's wrench; tangent: (3, LANES)
+    that of a unit force along t; arm: (2, LANES) from the tip to the contact.
 
     Workspace. hessian: (m, m, LANES) and its factor; negative: (LANES,) its negative pivots; down:
-    (m, LANES) and across: (3, m, LANES), solutions with it; work: (Q, LANES); fx, fy, moved:
-    (LANES,); pending: bool. Of `path.tip`: flexible, change, small: (3, 3, LANES); reach, slide,
+    (m, LANES) and across: (3, m, LANES), solutions with it; pull: (3, m, LANES) of
+    `path.frictionless`; work: (Q, LANES); fx, fy, moved: (LANES,); pending: bool. Of `path.tip`:
+    flexible, change, small: (3, 3, LANES); reach, slide,
     leaned, driven, pushed, held, shift, answer: (3, LANES); inverse: (2, 2, LANES); penalty, crept,
     determinant: (LANES,).
 
@@ -64,12 +65,14 @@ class Lanes(NamedTuple):
     gradient: np.ndarray
     gap: np.ndarray
     jacobian: np.ndarray
+    loaded: np.ndarray
     tangent: np.ndarray
     arm: np.ndarray
     hessian: np.ndarray
     negative: np.ndarray
     down: np.ndarray
     across: np.ndarray
+    pull: np.ndarray
     work: np.ndarray
     fx: np.ndarray
     fy: np.ndarray
@@ -134,12 +137,14 @@ def make_lanes(problem):
         gradient=np.zeros((2, modes, LANES)),
         gap=np.zeros((c.GAP_COLUMNS, LANES)),
         jacobian=np.zeros((modes, LANES)),
+        loaded=np.zeros((3, LANES)),
         tangent=np.zeros((3, LANES)),
         arm=np.zeros((2, LANES)),
         hessian=np.zeros((modes, modes, LANES)),
         negative=np.zeros(LANES),
         down=np.zeros((modes, LANES)),
         across=np.zeros((3, modes, LANES)),
+        pull=np.zeros((3, modes, LANES)),
         work=np.zeros((points, LANES)),
         fx=np.zeros(LANES),
         fy=np.zeros(LANES),
@@ -163,4 +168,25 @@ def make_lanes(problem):
         residual=np.zeros(LANES),
         iterations=np.zeros(LANES, np.int64),
         good=np.zeros(LANES, np.bool_),
+    )
+
+
+@inlined
+def known_strides(lanes, modes):
+    """Always true, for the right number of modes: behind this LLVM knows the strides of what the
+    modes and the contact need, and vectorises loops over the lanes with many arrays in them."""
+    return (
+        lanes.u.shape[1] == LANES
+        and lanes.gap.shape[1] == LANES
+        and lanes.jacobian.shape[1] == LANES
+        and lanes.loaded.shape[1] == LANES
+        and lanes.basis.end.shape[1] == LANES
+        and lanes.gradient.shape[1] == modes
+        and lanes.gradient.shape[2] == LANES
+        and lanes.pull.shape[1] == modes
+        and lanes.pull.shape[2] == LANES
+        and lanes.across.shape[1] == modes
+        and lanes.across.shape[2] == LANES
+        and lanes.hessian.shape[1] == modes
+        and lanes.hessian.shape[2] == LANES
     )

@@ -5,25 +5,27 @@
 Without friction (rub = 0) these are the KKT conditions of the minimum, and this is the SQP
 (`sqp.solve`) where its active set is settled: along a path the smallest gap is the one that is
 active, and the predictor starts inside the region of quadratic convergence. What does not converge
-here, or comes out with a pulling force, goes to the SQP (`path.careful`). The contact's own part is
-in `path.tip`, whether it slides or sticks in `path.stick`.
+here, or comes out with a pulling force, goes to the SQP (`path.careful`). The linear algebra of a
+step is in `path.frictionless`, or, in a block of lanes with friction, in `path.rubbing`; whether a
+contact slides or sticks in `path.stick`.
 """
 
 from fastncm.kernels import constants as c
-from fastncm.kernels import rod, symmetric
+from fastncm.kernels import rod
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap, store
+from fastncm.kernels.lanewise import dot
 from fastncm.kernels.trig import sincos
-from fastncm.path import tip
-from fastncm.path.lanes import AS_STORED
+from fastncm.path import frictionless, rubbing, tip
+from fastncm.path.lanes import AS_STORED, known_strides
 from fastncm.path.slip import slip
 
-#: The penalty's stiffness over that of the finger against the contact, which is near 1 / |A|^2.
-_PENALTY = 10.0
+# sizes that LLVM knows (`kernels.rod`)
+_4, _5 = (0,) * 4, (0,) * 5
 
 
-@inner
+@inlined
 def evaluate(problem, lanes):
     """Pose, smallest gap, its gradient and the residual of every active lane, from `u`, `force`,
     `rub` and `t`.
@@ -53,45 +55,72 @@ def evaluate(problem, lanes):
                 lanes.fx[lane],
             )
             store(gap, lanes.gap, lane)
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.jacobian[k, lane] = (
-                lanes.gap[c.GX, lane] * lanes.gradient[0, k, lane]
-                + lanes.gap[c.GY, lane] * lanes.gradient[1, k, lane]
-                + lanes.gap[c.GP, lane] * basis.end[k, lane]
-            )
+    for lane in range(LANES):
+        lanes.loaded[0, lane] = lanes.force[lane] * lanes.gap[c.GX, lane]
+        lanes.loaded[1, lane] = lanes.force[lane] * lanes.gap[c.GY, lane]
+        lanes.loaded[2, lane] = lanes.force[lane] * lanes.gap[c.GP, lane]
     if lanes.rubs[0]:
         _tangent(problem, lanes)
-    # stationarity over the largest unknown, gap over the deflection A u of the contact
-    largest, slack, moved = lanes.fx, lanes.fy, lanes.moved
-    for lane in range(LANES):
-        largest[lane] = 0.0
-        slack[lane] = 0.0
-        moved[lane] = 0.0
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.down[k, lane] = lanes.u[k, lane] - lanes.jacobian[k, lane] * lanes.force[lane]
-        if lanes.rubs[0]:
+        for i in range(3):
             for lane in range(LANES):
-                lanes.down[k, lane] -= lanes.rub[lane] * (
-                    lanes.tangent[0, lane] * lanes.gradient[0, k, lane]
-                    + lanes.tangent[1, lane] * lanes.gradient[1, k, lane]
-                    + lanes.tangent[2, lane] * basis.end[k, lane]
-                )
+                lanes.loaded[i, lane] += lanes.rub[lane] * lanes.tangent[i, lane]
+    if modes == 4:
+        _jacobian(lanes, _4)
+        _residual(lanes, _4)
+    elif modes == 5:
+        _jacobian(lanes, _5)
+        _residual(lanes, _5)
+    else:
+        _jacobian(lanes, lanes.u)
+        _residual(lanes, lanes.u)
+    if lanes.holds[0]:
+        dot(lanes.jacobian, lanes.u, lanes.moved)
         for lane in range(LANES):
-            largest[lane] = max(largest[lane], abs(lanes.u[k, lane]))
-        for lane in range(LANES):
-            slack[lane] = max(slack[lane], abs(lanes.down[k, lane]))
-        for lane in range(LANES):
-            moved[lane] += lanes.jacobian[k, lane] * lanes.u[k, lane]
+            if lanes.sticks[lane]:
+                deflection = max(abs(lanes.moved[lane]), c.GAP_ROUNDING)
+                crept = abs(lanes.slipped[lane] - lanes.anchor[lane]) / deflection
+                lanes.residual[lane] = max(lanes.residual[lane], crept)
+
+
+@inlined
+def _jacobian(lanes, modes):
+    """dg/du. modes: a tuple of the number of modes, where LLVM shall know it, or anything else of
+    that length."""
+    gap, gradient, end = lanes.gap, lanes.gradient, lanes.basis.end
+    if not known_strides(lanes, len(modes)):
+        return
     for lane in range(LANES):
-        stationarity = slack[lane] / max(largest[lane], c.GAP_ROUNDING)
-        deflection = max(abs(moved[lane]), c.GAP_ROUNDING)
-        contact = abs(lanes.gap[c.GAP, lane]) / deflection
-        lanes.residual[lane] = max(stationarity, contact)
-        if lanes.holds[0] and lanes.sticks[lane]:
-            crept = abs(lanes.slipped[lane] - lanes.anchor[lane]) / deflection
-            lanes.residual[lane] = max(lanes.residual[lane], crept)
+        for k in range(len(modes)):
+            lanes.jacobian[k, lane] = (
+                gap[c.GX, lane] * gradient[0, k, lane]
+                + gap[c.GY, lane] * gradient[1, k, lane]
+                + gap[c.GP, lane] * end[k, lane]
+            )
+
+
+@inlined
+def _residual(lanes, modes):
+    """Stationarity over the largest unknown, gap over the deflection ``A u`` of the contact.
+
+    ``lanes.loaded`` is the contact's wrench; modes as in `_jacobian`.
+    """
+    gradient, end, loaded = lanes.gradient, lanes.basis.end, lanes.loaded
+    if not known_strides(lanes, len(modes)):
+        return
+    for lane in range(LANES):
+        largest, slack, moved = c.GAP_ROUNDING, 0.0, 0.0
+        for k in range(len(modes)):
+            u = lanes.u[k, lane]
+            lack = u - (
+                loaded[0, lane] * gradient[0, k, lane]
+                + loaded[1, lane] * gradient[1, k, lane]
+                + loaded[2, lane] * end[k, lane]
+            )
+            largest = max(largest, abs(u))
+            slack = max(slack, abs(lack))
+            moved += lanes.jacobian[k, lane] * u
+        contact = abs(lanes.gap[c.GAP, lane]) / max(abs(moved), c.GAP_ROUNDING)
+        lanes.residual[lane] = max(slack / largest, contact)
 
 
 @inlined
@@ -120,162 +149,33 @@ def _tangent(problem, lanes):
                 lanes.slipped[lane] = slip(problem, lanes, lane)
 
 
-@inner
-def factorise(problem, lanes):
-    """Factor of the modes' Hessian under the force as it stands, and the tip's flexibility.
-
-    Overwrites hessian, and for the pending lanes penalty (w), leaned (a0), across (W) and flexible
-    (C) of `path.tip`.
-    """
-    modes = lanes.u.shape[0]
-    gap, penalty = lanes.gap, lanes.fx
-    for lane in range(LANES):
-        penalty[lane] = 0.0
-    for k in range(modes):
-        for lane in range(LANES):
-            penalty[lane] += lanes.jacobian[k, lane] * lanes.jacobian[k, lane]
-    for lane in range(LANES):
-        penalty[lane] = _PENALTY / penalty[lane]
-    for k in range(modes):
-        for j in range(k + 1):
-            unit = 1.0 if j == k else 0.0
-            for lane in range(LANES):
-                lanes.hessian[k, j, lane] = (
-                    unit + penalty[lane] * lanes.jacobian[k, lane] * lanes.jacobian[j, lane]
-                )
-    for lane in range(LANES):
-        lanes.penalty[lane] = penalty[lane] if lanes.pending[lane] else lanes.penalty[lane]
-    for i in range(3):
-        for lane in range(LANES):
-            kept = lanes.leaned[i, lane]
-            lanes.leaned[i, lane] = gap[c.GX + i, lane] if lanes.pending[lane] else kept
-    for lane in range(LANES):
-        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane]
-    for lane in range(LANES):
-        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane]
+@inlined
+def linearise(problem, lanes):
+    """Factors of the evaluated state for a step of the pending lanes; sets their `determinant`,
+    positive where the solution is one that counts."""
     if lanes.rubs[0]:
-        for lane in range(LANES):
-            lanes.fx[lane] -= lanes.rub[lane] * gap[c.GY, lane]
-        for lane in range(LANES):
-            lanes.fy[lane] += lanes.rub[lane] * gap[c.GX, lane]
-    rod.add_position_hessian(
-        lanes.basis.slope,
-        problem.rule.weights,
-        lanes.sin,
-        lanes.cos,
-        lanes.fx,
-        lanes.fy,
-        lanes.work,
-        lanes.hessian,
-    )
-    symmetric.factorise(lanes.hessian, lanes.negative)
-    x, y, end = lanes.gradient[0], lanes.gradient[1], lanes.basis.end
-    _keep_solution(lanes, x, lanes.across[0])
-    _keep_solution(lanes, y, lanes.across[1])
-    _keep_solution(lanes, end, lanes.across[2])
-    _keep_flexibility(lanes, x, 0, 0)
-    _keep_flexibility(lanes, y, 1, 0)
-    _keep_flexibility(lanes, y, 1, 1)
-    _keep_flexibility(lanes, end, 2, 0)
-    _keep_flexibility(lanes, end, 2, 1)
-    _keep_flexibility(lanes, end, 2, 2)
+        rubbing.linearise(problem, lanes)
+        tip.prepare(lanes)
+    else:
+        frictionless.linearise(problem, lanes)
 
 
 @inlined
-def _keep_solution(lanes, right, out):
-    """Solve with the factor for `right` (m, LANES), and keep the solution in `out` for the pending
-    lanes only: what a lane ends with must not depend on how long its neighbours take."""
-    modes = right.shape[0]
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.down[k, lane] = right[k, lane]
-    symmetric.solve(lanes.hessian, lanes.down)
-    for k in range(modes):
-        for lane in range(LANES):
-            out[k, lane] = lanes.down[k, lane] if lanes.pending[lane] else out[k, lane]
-
-
-@inlined
-def _keep_flexibility(lanes, row, i, j):
-    """Entries (i, j) and (j, i) of C, kept like the solutions. row: (m, LANES) of J."""
-    total, across = lanes.fx, lanes.across[j]
-    for lane in range(LANES):
-        total[lane] = 0.0
-    for k in range(row.shape[0]):
-        for lane in range(LANES):
-            total[lane] += row[k, lane] * across[k, lane]
-    for lane in range(LANES):
-        kept = lanes.flexible[i, j, lane]
-        lanes.flexible[i, j, lane] = total[lane] if lanes.pending[lane] else kept
-    for lane in range(LANES):
-        lanes.flexible[j, i, lane] = lanes.flexible[i, j, lane]
-
-
-@inner
 def step(lanes):
-    """One Newton step of the pending lanes with the factors of `factorise` and `tip.prepare`."""
-    modes, pending = lanes.u.shape[0], lanes.pending
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.shift[i, lane] = 0.0
-        for k in range(modes):
-            for lane in range(LANES):
-                lanes.shift[i, lane] -= lanes.across[i, k, lane] * lanes.u[k, lane]
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.down[k, lane] = lanes.u[k, lane]
-    symmetric.solve(lanes.hessian, lanes.down)
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.answer[i, lane] = (
-                lanes.change[i, 0, lane] * lanes.shift[0, lane]
-                + lanes.change[i, 1, lane] * lanes.shift[1, lane]
-                + lanes.change[i, 2, lane] * lanes.shift[2, lane]
-            )
-    lack, crept, force, rub = lanes.work[0], lanes.work[1], lanes.fx, lanes.fy
-    for lane in range(LANES):
-        lack[lane] = -lanes.gap[c.GAP, lane]
-    for lane in range(LANES):
-        crept[lane] = lanes.slipped[lane] - lanes.anchor[lane]
-    tip.respond(lanes, lack, crept, force, rub)
-    for lane in range(LANES):
-        lanes.force[lane] = force[lane] if pending[lane] else lanes.force[lane]
-    for lane in range(LANES):
-        lanes.rub[lane] = rub[lane] if pending[lane] else lanes.rub[lane]
-    for k in range(modes):
-        for lane in range(LANES):
-            change = (
-                lanes.answer[0, lane] * lanes.across[0, k, lane]
-                + lanes.answer[1, lane] * lanes.across[1, k, lane]
-                + lanes.answer[2, lane] * lanes.across[2, k, lane]
-                - lanes.down[k, lane]
-            )
-            lanes.u[k, lane] += change if pending[lane] else 0.0
+    """One Newton step of the pending lanes with the factors of `linearise`."""
+    if lanes.rubs[0]:
+        rubbing.step(lanes)
+    else:
+        frictionless.step(lanes)
 
 
-@inner
+@inlined
 def rates(lanes):
-    """Derivatives of shape, force and pose by the target's position, with the last factor.
-
-    Everything in the contact depends on the tip's position minus the target's: where the target
-    moves by 1 along x, the tip has to follow as if it had been moved by -1.
-    """
-    modes = lanes.u.shape[0]
-    tip.prepare(lanes)
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.shift[i, lane] = 0.0
-        for lane in range(LANES):
-            lanes.answer[i, lane] = lanes.driven[i, lane]
-    tip.respond(lanes, lanes.gap[c.GX], lanes.tangent[0], lanes.force_rate, lanes.rub_rate)
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.u_rate[k, lane] = (
-                lanes.answer[0, lane] * lanes.across[0, k, lane]
-                + lanes.answer[1, lane] * lanes.across[1, k, lane]
-                + lanes.answer[2, lane] * lanes.across[2, k, lane]
-            )
-    tip.bend(lanes, lanes.answer, lanes.pose_rate)
+    """Derivatives of shape, forces and pose by the target's position, with the last factor."""
+    if lanes.rubs[0]:
+        rubbing.rates(lanes)
+    else:
+        frictionless.rates(lanes)
 
 
 @inner
@@ -284,7 +184,7 @@ def refresh(problem, lanes):
     evaluate(problem, lanes)
     for lane in range(LANES):
         lanes.pending[lane] = lanes.active[lane]
-    factorise(problem, lanes)
+    linearise(problem, lanes)
     rates(lanes)
 
 
@@ -299,23 +199,21 @@ def correct(problem, lanes, tolerance, most):
     for lane in range(LANES):
         pending[lane] = lanes.active[lane]
         lanes.iterations[lane] = 0 if lanes.active[lane] else lanes.iterations[lane]
-    evaluate(problem, lanes)
-    for _ in range(most):
-        factorise(problem, lanes)
-        tip.prepare(lanes)
+    for done in range(most + 1):
+        evaluate(problem, lanes)
+        left = done == 0
+        for lane in range(LANES):
+            if pending[lane] and done > 0 and lanes.residual[lane] <= tolerance:
+                pending[lane] = False
+            left = left or pending[lane]
+        if done == most or not left:
+            break
+        linearise(problem, lanes)
         for lane in range(LANES):
             if pending[lane]:
                 lanes.iterations[lane] += 1
                 pending[lane] = lanes.determinant[lane] > 0.0
         step(lanes)
-        evaluate(problem, lanes)
-        left = False
-        for lane in range(LANES):
-            if pending[lane] and lanes.residual[lane] <= tolerance:
-                pending[lane] = False
-            left = left or pending[lane]
-        if not left:
-            break
     for lane in range(LANES):
         if lanes.active[lane]:
             on_branch = lanes.mu[lane] == 0.0 or lanes.determinant[lane] > 0.0

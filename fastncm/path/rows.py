@@ -20,9 +20,10 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import driver, inlined
 from fastncm.kernels.constants import LANES
-from fastncm.path import tip
+from fastncm.kernels.lanewise import dot
+from fastncm.path import frictionless, rubbing
 
 # --- columns of a row ----------------------------------------------------------------------------
 (
@@ -81,31 +82,33 @@ FORCE_ROUNDING = 4e-14
 
 
 class Measuring(NamedTuple):
-    """Workspace and result of `measure`. x, y: (Q, LANES); wrench, kept, moved, unit: (3,
-    LANES); total,
-    size: (LANES,); row: (COLUMNS, LANES)."""
+    """Workspace and result of `measure`. turn: (Q, LANES); wrench, kept, moved, unit: (3, LANES);
+    left_out, adjoint: (n, LANES) of the modes that are left out; total, size: (LANES,); row:
+    (COLUMNS, LANES)."""
 
-    x: np.ndarray
-    y: np.ndarray
+    turn: np.ndarray
     wrench: np.ndarray
     kept: np.ndarray
     moved: np.ndarray
     unit: np.ndarray
+    left_out: np.ndarray
+    adjoint: np.ndarray
     total: np.ndarray
     size: np.ndarray
     row: np.ndarray
 
 
 @driver
-def make_measuring(points):
-    """A workspace for `points` Gauss points."""
+def make_measuring(points, beyond):
+    """A workspace for `points` Gauss points and `beyond` modes that are left out."""
     return Measuring(
         np.zeros((points, LANES)),
-        np.zeros((points, LANES)),
         np.zeros((3, LANES)),
         np.zeros((3, LANES)),
         np.zeros((3, LANES)),
         np.zeros((3, LANES)),
+        np.zeros((beyond, LANES)),
+        np.zeros((beyond, LANES)),
         np.zeros(LANES),
         np.zeros(LANES),
         np.zeros((COLUMNS, LANES)),
@@ -118,7 +121,7 @@ def _copy(values, out, column):
         out[column, lane] = values[lane]
 
 
-@inner
+@inlined
 def measure(problem, lanes, at):
     """Fill the rows of all active lanes from their converged state; `lanes` must come from
     `correct`.
@@ -144,47 +147,53 @@ def measure(problem, lanes, at):
     _copy(lanes.side, out, SIDE)
     _copy(lanes.sticks, out, STICKING)
     out[CONTACTS] = 1.0
-    out[ENERGY] = 0.0
-    for k in range(lanes.u.shape[0]):
-        for lane in range(LANES):
-            out[ENERGY, lane] += 0.5 * lanes.u[k, lane] * lanes.u[k, lane]
+    dot(lanes.u, lanes.u, out[ENERGY])
+    for lane in range(LANES):
+        out[ENERGY, lane] *= 0.5
     _strain(problem, lanes, at)
     _estimate(problem, lanes, at)
     _rates(problem, lanes, out)
 
 
-@inner
+@inlined
 def _strain(problem, lanes, at):
     """Largest ``|M(s)| / (w / w0)^2`` over clamp, tip and Gauss points: surface strain in units of
     w0 / (2 L)."""
-    gap, x, y, strain = lanes.gap, at.x, at.y, at.row[STRAIN]
-    rod.node_positions(problem.rule.integral, lanes.sin, lanes.cos, x, y)
+    gap, moment, strain = lanes.gap, at.turn, at.row[STRAIN]
     for lane in range(LANES):
         lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane] - lanes.rub[lane] * gap[c.GY, lane]
     for lane in range(LANES):
         lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane] + lanes.rub[lane] * gap[c.GX, lane]
+    # (p - r) x F, with the node's place r the integral of its axis' direction
+    for q in range(moment.shape[0]):
+        for lane in range(LANES):
+            lanes.work[q, lane] = (
+                lanes.fy[lane] * lanes.cos[q, lane] - lanes.fx[lane] * lanes.sin[q, lane]
+            )
+    rod.running_integral(problem.rule.integral, lanes.work, moment)
+    base = at.total
     for lane in range(LANES):
-        strain[lane] = abs(gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane])
+        base[lane] = gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane]
     for lane in range(LANES):
         arm_x, arm_y = gap[c.PX, lane] - lanes.pose[0, lane], gap[c.PY, lane] - lanes.pose[1, lane]
-        moment = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
-        strain[lane] = max(strain[lane], moment / lanes.basis.ratio[lane] ** 2)
-    for q in range(x.shape[0]):
+        at_tip = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
+        strain[lane] = max(abs(base[lane]), at_tip * lanes.basis.strain_end[lane])
+    for q in range(moment.shape[0]):
         for lane in range(LANES):
-            arm_x, arm_y = gap[c.PX, lane] - x[q, lane], gap[c.PY, lane] - y[q, lane]
-            area = lanes.basis.area[q, lane]
-            moment = arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane]
-            strain[lane] = max(strain[lane], abs(moment) / (area * area))
+            bent = abs(base[lane] - moment[q, lane]) * lanes.basis.strain[q, lane]
+            strain[lane] = max(strain[lane], bent)
 
 
-@inner
+@inlined
 def _estimate(problem, lanes, at):
     """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
     force."""
     gap, basis, weights = lanes.gap, lanes.basis, problem.rule.weights
-    turn, total, size, unit, wrench, kept = at.x, at.total, at.size, at.unit, at.wrench, at.kept
-    modes, points = lanes.u.shape[0], turn.shape[0]
-    tip.adjoint(lanes, wrench, at.kept, at.moved)
+    turn, total, size, unit, wrench = at.turn, at.total, at.size, at.unit, at.wrench
+    if lanes.rubs[0]:
+        rubbing.adjoint(lanes, wrench, at.kept, at.moved)
+    else:
+        frictionless.adjoint(lanes, wrench, at.moved)
     for i in range(3):
         for lane in range(LANES):
             unit[i, lane] = gap[c.GX + i, lane]
@@ -196,22 +205,9 @@ def _estimate(problem, lanes, at):
         for i in range(3):
             for lane in range(LANES):
                 unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
-    # the adjoint shape `down` turns the axis at the nodes by `turn`
-    for k in range(modes):
-        for lane in range(LANES):
-            lanes.down[k, lane] = (
-                kept[0, lane] * lanes.across[0, k, lane]
-                + kept[1, lane] * lanes.across[1, k, lane]
-                + kept[2, lane] * lanes.across[2, k, lane]
-            )
-    for q in range(points):
-        for lane in range(LANES):
-            turn[q, lane] = 0.0
-        for k in range(modes):
-            for lane in range(LANES):
-                turn[q, lane] += lanes.down[k, lane] * basis.slope[k, q, lane]
+    rod.add_up(basis.slope, lanes.down, turn)  # of the axis at the nodes, with the adjoint shape
     # per node: what a turn of the axis there adds to y_l, and the unit wrench's work with it
-    for q in range(points):
+    for q in range(turn.shape[0]):
         weight = weights[q]
         for lane in range(LANES):
             sin, cos = lanes.sin[q, lane], lanes.cos[q, lane]
@@ -223,30 +219,33 @@ def _estimate(problem, lanes, at):
             lanes.work[q, lane] = weight * (
                 unit[1, lane] * lanes.cos[q, lane] - unit[0, lane] * lanes.sin[q, lane]
             )
+    rod.project(basis.beyond, lanes.work, at.left_out)  # rho_l / lambda, but for the tip's turn
+    rod.project(basis.beyond, turn, at.adjoint)  # y_l, likewise
+    stiffness = lanes.fx
     for lane in range(LANES):
-        total[lane], size[lane] = 0.0, 0.0
+        stiffness[lane] = abs(lanes.inverse[0, 0, lane] - lanes.penalty[lane])
+    for lane in range(LANES):
+        total[lane] = 0.0
+    for lane in range(LANES):
+        size[lane] = 0.0
     for j in range(basis.beyond.shape[0]):
         for lane in range(LANES):
-            lanes.fx[lane] = unit[2, lane] * basis.beyond_end[j, lane]  # rho_l / lambda
+            at.left_out[j, lane] += unit[2, lane] * basis.beyond_end[j, lane]
         for lane in range(LANES):
-            lanes.fy[lane] = wrench[2, lane] * basis.beyond_end[j, lane]  # y_l
-        for q in range(points):
-            for lane in range(LANES):
-                lanes.fx[lane] += lanes.work[q, lane] * basis.beyond[j, q, lane]
-            for lane in range(LANES):
-                lanes.fy[lane] += turn[q, lane] * basis.beyond[j, q, lane]
+            at.adjoint[j, lane] += wrench[2, lane] * basis.beyond_end[j, lane]
         for lane in range(LANES):
-            total[lane] += lanes.fx[lane] * lanes.fy[lane]
+            total[lane] += at.left_out[j, lane] * at.adjoint[j, lane]
         for lane in range(LANES):
-            size[lane] += abs(lanes.fx[lane] * lanes.fy[lane]) + lanes.fx[lane] ** 2 * abs(
-                lanes.inverse[0, 0, lane] - lanes.penalty[lane]
+            size[lane] += (
+                abs(at.left_out[j, lane] * at.adjoint[j, lane])
+                + at.left_out[j, lane] ** 2 * stiffness[lane]
             )
     for lane in range(LANES):
         missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]
         at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
 
 
-@inner
+@inlined
 def _rates(problem, lanes, out):
     """Derivatives by the target's position of the force's direction and of the contact's place."""
     gap = lanes.gap

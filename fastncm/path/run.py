@@ -8,7 +8,7 @@ import numpy as np
 
 from fastncm.kernels.cache import driver
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.problem import Problem, mode_count
+from fastncm.kernels.problem import Problem, beyond_count, mode_count
 from fastncm.path.lanes import make_lanes
 from fastncm.path.rows import make_measuring
 from fastncm.path.states import States, make_states, solve_all
@@ -22,7 +22,8 @@ _NO_INDEX, _NO_POSITION = np.zeros(0, np.int64), np.zeros(0)
 def _run_lanes(problem, tolerance, longest, trace, states):
     """Solve all positions of all designs where `trace` has room for them, and all `states`."""
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes, walk, measuring = make_lanes(problem), make_walk(modes), make_measuring(points)
+    lanes, walk = make_lanes(problem), make_walk(modes)
+    measuring = make_measuring(points, beyond_count(problem))
     if trace.rows.shape[0] > 0:
         start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
         trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, moves, trace)

@@ -71,7 +71,7 @@ def _load(problem, states, first, lanes):
             lanes.force[lane] = states.force[i]
             lanes.side[lane] = states.side[i]
             lanes.mu[lane] = abs(states.side[i])
-            lanes.rub[lane] = states.side[i] * states.force[i]
+            lanes.rub[lane], lanes.rub_rate[lane] = states.side[i] * states.force[i], 0.0
             lanes.rubs[0] = lanes.rubs[0] or states.side[i] != 0.0
             for k in range(lanes.u.shape[0]):
                 lanes.u[k, lane] = states.u[i, k]

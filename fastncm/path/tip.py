@@ -33,6 +33,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import unsymmetric
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.lanewise import dot, multiply
 
 
 @inner
@@ -43,42 +44,37 @@ def prepare(lanes):
     (C a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a
     unit of lambda and of rub), inverse (of the last system) and determinant.
     """
-    _change(lanes, 0, c.HXX, c.HXY, c.HXP)
-    _change(lanes, 1, c.HXY, c.HYY, c.HYP)
-    _change(lanes, 2, c.HXP, c.HYP, c.HPP)
-    if lanes.rubs[0]:
-        for lane in range(LANES):
-            lanes.change[2, 2, lane] += lanes.rub[lane] * lanes.gap[c.GP, lane]
-    normal = lanes.gap[c.GX : c.GP + 1]
-    for i in range(3):
-        for lane in range(LANES):
-            lanes.pushed[i, lane] = normal[i, lane]
-        if lanes.rubs[0]:
-            for lane in range(LANES):
-                lanes.pushed[i, lane] += lanes.side[lane] * lanes.tangent[i, lane]
-        for lane in range(LANES):
-            lanes.driven[i, lane] = -lanes.change[i, 0, lane]
-    bend(lanes, normal, lanes.reach)
-    for i in range(3):
-        for j in range(3):
-            for lane in range(LANES):
-                lanes.change[i, j, lane] += lanes.penalty[lane] * (
-                    lanes.leaned[i, lane] * lanes.leaned[j, lane]
-                    - lanes.pushed[i, lane] * normal[j, lane]
+    if not _known_strides(lanes):
+        return
+    gap, change, leaned, flexible = lanes.gap, lanes.change, lanes.leaned, lanes.flexible
+    _change_of_wrench(lanes)
+    for lane in range(LANES):
+        for i in range(3):
+            tangent = lanes.tangent[i, lane]
+            lanes.pushed[i, lane] = gap[c.GX + i, lane] + lanes.side[lane] * tangent
+    for lane in range(LANES):
+        for i in range(3):
+            lanes.driven[i, lane] = -change[i, 0, lane]
+    bend(lanes, gap[c.GX : c.GP + 1], lanes.reach)
+    for lane in range(LANES):
+        for i in range(3):
+            for j in range(3):
+                change[i, j, lane] += lanes.penalty[lane] * (
+                    leaned[i, lane] * leaned[j, lane] - lanes.pushed[i, lane] * gap[c.GX + j, lane]
                 )
-    for i in range(3):
-        for j in range(3):
-            unit = 1.0 if i == j else 0.0
-            for lane in range(LANES):
+    for lane in range(LANES):
+        for i in range(3):
+            for j in range(3):
+                unit = 1.0 if i == j else 0.0
                 lanes.small[i, j, lane] = (
                     unit
-                    - lanes.change[i, 0, lane] * lanes.flexible[0, j, lane]
-                    - lanes.change[i, 1, lane] * lanes.flexible[1, j, lane]
-                    - lanes.change[i, 2, lane] * lanes.flexible[2, j, lane]
+                    - change[i, 0, lane] * flexible[0, j, lane]
+                    - change[i, 1, lane] * flexible[1, j, lane]
+                    - change[i, 2, lane] * flexible[2, j, lane]
                 )
     unsymmetric.factorise(lanes.small)
     unsymmetric.solve(lanes.small, lanes.pushed)
-    _dot(lanes.reach, lanes.pushed, lanes.moved)
+    dot(lanes.reach, lanes.pushed, lanes.moved)
     for lane in range(LANES):
         lanes.inverse[0, 0, lane] = 1.0 / lanes.moved[lane]
     if lanes.holds[0]:
@@ -98,50 +94,49 @@ def prepare(lanes):
 
 
 @inlined
-def _change(lanes, j, hx, hy, hp):
-    """Column j of D: lambda d(a) + rub d(tau), with the row of the gap's Hessian that belongs to
-    it."""
+def _known_strides(lanes):
+    """Always true: behind this LLVM knows the strides, and vectorises loops over the lanes with
+    whole matrices in them."""
+    return (
+        lanes.change.shape[1] == 3
+        and lanes.change.shape[2] == LANES
+        and lanes.small.shape[1] == 3
+        and lanes.small.shape[2] == LANES
+        and lanes.flexible.shape[1] == 3
+        and lanes.flexible.shape[2] == LANES
+        and lanes.gap.shape[1] == LANES
+        and lanes.tangent.shape[1] == LANES
+        and lanes.arm.shape[1] == LANES
+        and lanes.pushed.shape[1] == LANES
+        and lanes.driven.shape[1] == LANES
+        and lanes.leaned.shape[1] == LANES
+        and lanes.reach.shape[1] == LANES
+        and lanes.answer.shape[1] == LANES
+    )
+
+
+@inlined
+def _change_of_wrench(lanes):
+    """D = lambda d(a) + rub d(tau), column by column with the row of the gap's Hessian that belongs
+    to it."""
     gap, force, rub = lanes.gap, lanes.force, lanes.rub
     for lane in range(LANES):
-        lanes.change[0, j, lane] = force[lane] * gap[hx, lane]
-    for lane in range(LANES):
-        lanes.change[1, j, lane] = force[lane] * gap[hy, lane]
-    for lane in range(LANES):
-        lanes.change[2, j, lane] = force[lane] * gap[hp, lane]
-    if lanes.rubs[0]:
         # t turns with n; tau_psi = (P - r) . n turns with n and follows a turn of the jaw
-        for lane in range(LANES):
-            lanes.change[0, j, lane] -= rub[lane] * gap[hy, lane]
-        for lane in range(LANES):
-            lanes.change[1, j, lane] += rub[lane] * gap[hx, lane]
-        for lane in range(LANES):
-            lanes.change[2, j, lane] += rub[lane] * (
-                lanes.arm[0, lane] * gap[hx, lane] + lanes.arm[1, lane] * gap[hy, lane]
-            )
+        for j in range(3):
+            hx = gap[c.HXP, lane] if j == 2 else gap[c.HXX + j, lane]
+            hy = gap[c.HYP, lane] if j == 2 else gap[c.HXY + j, lane]
+            hp = gap[c.HPP, lane] if j == 2 else gap[c.HXP + j, lane]
+            turned = lanes.arm[0, lane] * hx + lanes.arm[1, lane] * hy
+            turned += gap[c.GP, lane] if j == 2 else 0.0
+            lanes.change[0, j, lane] = force[lane] * hx - rub[lane] * hy
+            lanes.change[1, j, lane] = force[lane] * hy + rub[lane] * hx
+            lanes.change[2, j, lane] = force[lane] * hp + rub[lane] * turned
 
 
 @inlined
 def bend(lanes, wrench, out):
     """``out = C wrench``: by how much a wrench (3, LANES) moves the tip."""
-    flexible = lanes.flexible
-    for i in range(3):
-        for lane in range(LANES):
-            out[i, lane] = (
-                flexible[i, 0, lane] * wrench[0, lane]
-                + flexible[i, 1, lane] * wrench[1, lane]
-                + flexible[i, 2, lane] * wrench[2, lane]
-            )
-
-
-@inlined
-def _dot(one, other, out):
-    """Products of vectors (3, LANES), lane by lane."""
-    for lane in range(LANES):
-        out[lane] = (
-            one[0, lane] * other[0, lane]
-            + one[1, lane] * other[1, lane]
-            + one[2, lane] * other[2, lane]
-        )
+    multiply(lanes.flexible, wrench, out)
 
 
 @inlined
@@ -153,9 +148,9 @@ def _hold(lanes):
             lanes.held[i, lane] = lanes.tangent[i, lane]
     unsymmetric.solve(lanes.small, lanes.held)
     bend(lanes, lanes.tangent, lanes.slide)
-    _dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
-    _dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
-    _dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
+    dot(lanes.reach, lanes.held, lanes.inverse[0, 1])
+    dot(lanes.slide, lanes.pushed, lanes.inverse[1, 0])
+    dot(lanes.slide, lanes.held, lanes.inverse[1, 1])
     for lane in range(LANES):
         a, b = lanes.moved[lane], lanes.inverse[0, 1, lane]
         p, q = lanes.inverse[1, 0, lane], lanes.inverse[1, 1, lane]
@@ -182,8 +177,8 @@ def respond(lanes, lack, crept, force, rub):
     """
     answer, shift, left = lanes.answer, lanes.shift, lanes.moved
     unsymmetric.solve(lanes.small, answer)
-    _dot(lanes.gap[c.GX : c.GP + 1], shift, left)
-    _dot(lanes.reach, answer, force)
+    dot(lanes.gap[c.GX : c.GP + 1], shift, left)
+    dot(lanes.reach, answer, force)
     for lane in range(LANES):
         force[lane] = lack[lane] - left[lane] - force[lane]
     if lanes.holds[0]:
@@ -198,9 +193,8 @@ def respond(lanes, lack, crept, force, rub):
             answer[i, lane] += force[lane] * lanes.pushed[i, lane]
     for lane in range(LANES):
         force[lane] -= lanes.penalty[lane] * lack[lane]
-    if lanes.rubs[0]:
-        for lane in range(LANES):
-            rub[lane] += lanes.side[lane] * force[lane]
+    for lane in range(LANES):
+        rub[lane] += lanes.side[lane] * force[lane]
 
 
 @inlined
@@ -208,8 +202,8 @@ def _answer_slip(lanes, crept, force, rub):
     """The last system with the lanes that stick. force: (LANES,), its first right side on entry,
     lambda on return; rub: (LANES,), overwritten."""
     rest = lanes.crept
-    _dot(lanes.slide, lanes.answer, rub)
-    _dot(lanes.tangent, lanes.shift, rest)
+    dot(lanes.slide, lanes.answer, rub)
+    dot(lanes.tangent, lanes.shift, rest)
     for lane in range(LANES):
         first, second = force[lane], crept[lane] - rest[lane] - rub[lane]
         force[lane] = lanes.inverse[0, 0, lane] * first + lanes.inverse[0, 1, lane] * second
@@ -247,7 +241,7 @@ def adjoint(lanes, wrench, kept, moved):
                 + lanes.change[1, i, lane] * moved[1, lane]
                 + lanes.change[2, i, lane] * moved[2, lane]
             )
-    _dot(lanes.leaned, moved, lanes.moved)
+    dot(lanes.leaned, moved, lanes.moved)
     for i in range(3):
         for lane in range(LANES):
             wrench[i, lane] = kept[i, lane] - (

@@ -66,18 +66,18 @@ def make_trace(
 def begin_block(problem, first, lanes):
     """Put the designs from `first` on into the lanes; a lane without a design has the index -1."""
     designs = problem.positions.shape[0]
-    lanes.rubs[0] = False
+    lanes.rubs[0], lanes.holds[0] = False, False
     for lane in range(LANES):
         lanes.mu[lane] = problem.mu[first + lane] if first + lane < designs else 0.0
         lanes.rubs[0] = lanes.rubs[0] or lanes.mu[lane] > 0.0
-        lanes.rub[lane], lanes.side[lane] = 0.0, 0.0
+        lanes.rub[lane], lanes.rub_rate[lane], lanes.side[lane] = 0.0, 0.0, 0.0
         lanes.design[lane] = first + lane if first + lane < designs else -1
         lanes.active[lane] = False
         if first + lane < designs:
             fill_basis(problem, first + lane, lane, lanes.basis)
 
 
-@inner
+@inlined
 def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
@@ -144,7 +144,7 @@ def set_target(problem, i, left, lanes, start, moves):
                 lanes.t[lane] -= (goal - start[lane]) * left / moves[lane]
 
 
-@inner
+@inlined
 def store(i, lanes, measured, trace):
     """Copy the measured rows and the shapes of the good lanes into the trace at position `i`.
 
@@ -160,7 +160,7 @@ def store(i, lanes, measured, trace):
             trace.shapes[d, i, k] = lanes.u[k, lane]
 
 
-@inner
+@inlined
 def _snap_back(problem, lanes, walk, tolerance):
     """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
     from being free: there the finger has lost its hold and has snapped back behind the target."""

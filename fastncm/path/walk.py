@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import driver, inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.path import rows
 
@@ -76,7 +76,7 @@ def make_walk(modes):
     )
 
 
-@inner
+@inlined
 def predict(lanes, walk):
     """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
     their rates, along the tangent from one, and the last shape itself where there is no rate."""
@@ -114,7 +114,7 @@ def predict(lanes, walk):
         lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
 
-@inner
+@inlined
 def remember(lanes, walk):
     """Store the solved positions of the active lanes; a new feature starts the predictor afresh."""
     modes = lanes.u.shape[0]

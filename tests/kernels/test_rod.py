@@ -68,7 +68,8 @@ def test_tip_pose(lane: int) -> None:
 def test_positions_along_the_axis() -> None:
     finger = Rod()
     x, y = np.zeros((POINTS, LANES)), np.zeros((POINTS, LANES))
-    rod.node_positions(finger.rule.integral, finger.sin, finger.cos, x, y)
+    rod.running_integral(finger.rule.integral, finger.cos, x)
+    rod.running_integral(finger.rule.integral, finger.sin, y)
     for q in (0, POINTS // 2, POINTS - 1):
         expected = exact_position(finger.u[:, 1], finger.rule.nodes[q])
         np.testing.assert_allclose([x[q, 1], y[q, 1]], expected, atol=1e-13)
@@ -114,3 +115,30 @@ def test_hessian_of_the_tip() -> None:
             second = finger.gradient(finger.u[:, lane] + step, lane).imag / TINY
             expected = before[j:, j, lane] - (force[:, lane] @ second)[j:]
             np.testing.assert_allclose(hessian[j:, j, lane], expected, atol=1e-13)
+
+
+@pytest.mark.parametrize(("modes", "points"), [(4, 7), (5, 8), (3, 6)])
+def test_sizes_that_are_unrolled(modes: int, points: int) -> None:
+    """Orders 4 and 5 have loops of their own; a different basis in each lane."""
+    rng = np.random.default_rng(modes)
+    slope, end = rng.normal(size=(modes, points, LANES)), rng.normal(size=(modes, LANES))
+    weights, u = rng.uniform(size=points), 0.3 * rng.normal(size=(modes, LANES))
+    sin, cos, work = np.zeros((points, LANES)), np.zeros((points, LANES)), np.zeros((points, LANES))
+    pose, gradient = np.zeros((3, LANES)), np.zeros((2, modes, LANES))
+    hessian, force = np.zeros((modes, modes, LANES)), rng.normal(size=(2, LANES))
+    integral, x = rng.normal(size=(points, points)), np.zeros((points, LANES))
+    rod.tip_pose(slope, end, weights, u, sin, cos, pose)
+    rod.pose_gradient(slope, weights, sin, cos, gradient)
+    rod.add_position_hessian(slope, weights, sin, cos, force[0], force[1], work, hessian)
+    rod.running_integral(integral, cos, x)
+    theta = np.einsum("kql,kl->ql", slope, u)
+    weighted = weights[:, None] * np.array([np.cos(theta), np.sin(theta)])
+    expected = [*weighted.sum(axis=1), np.einsum("kl,kl->l", end, u)]
+    np.testing.assert_allclose(pose, expected, atol=1e-13)
+    by_x, by_y = np.einsum("kql,dql->dkl", slope, weighted)
+    np.testing.assert_allclose(gradient, [-by_y, by_x], atol=1e-13)
+    axial = np.einsum("dl,dql->ql", force, weighted)
+    stiffness = np.einsum("ql,kql,jql->kjl", axial, slope, slope)
+    for k in range(modes):
+        np.testing.assert_allclose(hessian[k, : k + 1], stiffness[k, : k + 1], atol=1e-12)
+    np.testing.assert_allclose(x, integral @ np.cos(theta), atol=1e-13)
