@@ -14,8 +14,8 @@ import numpy as np
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
 from fastncm.path.misplaced import misplaced_forces
+from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface import ROUNDING, kkt_residual, strain_energy
-from fastncm.sqp.working_set import solve_chain
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
 (

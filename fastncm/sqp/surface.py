@@ -1,7 +1,7 @@
 """The SQP for a finger in direct contact (Lan & Lee 2008, eqs. (11)-(13)), O(N) an iteration.
 
 Each iteration solves a quadratic program with the Lagrangian's exact Hessian
-(`sqp.working_set`) for the step and the new multipliers, and walks along the step until an l1 merit
+(`sqp.subproblem`) for the step and the new multipliers, and walks along the step until an l1 merit
 function or the KKT residual falls. With friction there is no energy to fall: then the residual
 alone decides.
 """
@@ -20,7 +20,7 @@ from fastncm.kernels.nodal import (
 )
 from fastncm.sqp import status
 from fastncm.sqp.flexibility import Chain, make_chain
-from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
+from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
 
 #: Error of a gap in finger lengths that is due to rounding.
 ROUNDING = 1e-15
@@ -37,7 +37,8 @@ class SurfaceWork(NamedTuple):
     from.
 
     psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
-    part, beyond which the finger is straight; passes: (1,) passes along the finger so far.
+    part, beyond which the finger is straight; penalty: (1,) of penetration in the merit function;
+    passes: (1,) passes along the finger so far.
     """
 
     state: Nodal
@@ -47,6 +48,7 @@ class SurfaceWork(NamedTuple):
     force: np.ndarray
     shear: np.ndarray
     size: np.ndarray
+    penalty: np.ndarray
     passes: np.ndarray
 
 
@@ -62,6 +64,7 @@ def make_surface_work(problem):
         np.zeros(points),
         np.zeros(points),
         np.ones(1, np.int64),
+        np.zeros(1),
         np.zeros(1, np.int64),
     )
 
@@ -182,19 +185,85 @@ def _advance(problem, d, x, y, angle, work, length):
 
 
 @inner
+def _propose(problem, d, work, size, curved):
+    """The step and multipliers of the quadratic program about the iterate, left in ``work.chain``.
+
+    curved: with the Lagrangian's Hessian, which may have more than one minimum, or none; else with
+    that of the strain energy alone, where the forces keep their directions: always convex.
+    Returns whether there is one.
+    """
+    state, chain = work.state, work.chain
+    for k in range(state.gap.shape[0]):
+        chain.touching[k] = k > 0 and state.force[k] > 0.0
+        chain.force[k], chain.shear[k] = 0.0, 0.0
+        if not curved:
+            state.force[k] = 0.0
+    if not curved:
+        for i in range(1, size + 1):
+            state.fx[i], state.fy[i] = 0.0, 0.0
+    excess, passes = solve_subproblem(problem, d, state, chain, size)
+    work.passes[0] += passes
+    if not curved:
+        for k in range(state.gap.shape[0]):
+            state.force[k] = work.force[k]
+        carry_forces(problem, d, state, size)
+    return excess != UNSETTLED
+
+
+@inner
+def _search(problem, d, x, y, angle, work, residual, penalty):
+    """Walk along the step until the residual or the merit function falls. Returns whether one
+    does."""
+    state, size = work.state, work.size[0]
+    violation = _penetration(state)
+    merit = strain_energy(problem, d, state, size) + penalty * violation
+    slope = energy_slope(problem, d, state, work.chain, size) - penalty * violation
+    length = 1.0
+    while length >= _SHORTEST:
+        _advance(problem, d, x, y, angle, work, length)
+        if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
+            return True
+        if problem.mu[d] == 0.0:
+            trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
+            if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
+                return True
+        length *= 0.5
+    return False
+
+
+@inner
+def _improve(problem, d, x, y, angle, work, residual):
+    """One step from the iterate in ``work.state``. Returns whether there is one."""
+    state, chain, size = work.state, work.chain, work.size[0]
+    for i in range(1, size + 1):
+        work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
+    for k in range(state.force.shape[0]):
+        work.force[k], work.shear[k] = state.force[k], state.shear[k]
+    for curved in (True, False):
+        if not _propose(problem, d, work, size, curved):
+            continue
+        for k in range(state.force.shape[0]):
+            work.penalty[0] = max(work.penalty[0], 2.0 * chain.force[k])
+        if _search(problem, d, x, y, angle, work, residual, work.penalty[0]):
+            return True
+        _advance(problem, d, x, y, angle, work, 0.0)
+    return False
+
+
+@inner
 def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     """Solve finger `d` with the target at `x`, `y`, `angle`, from the state in `work`.
 
     tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
     """
-    state, chain = work.state, work.chain
+    state = work.state
     last = 1
     for k in range(1, state.force.shape[0]):
         if state.force[k] != 0.0:
             last = max(last, state.node[k])
-    work.size[0] = last
+    work.size[0], work.penalty[0] = last, 0.0
     evaluate(problem, d, x, y, angle, work)
-    penalty, residual = 0.0, np.inf
+    residual = np.inf
     for iteration in range(most + 1):
         size = _last_node(problem, state, work.size[0])
         work.size[0] = size
@@ -203,31 +272,6 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
             return status.CONVERGED, iteration, residual
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
-        for k in range(state.gap.shape[0]):
-            chain.touching[k] = k > 0 and state.force[k] > 0.0
-            chain.force[k], chain.shear[k] = 0.0, 0.0
-        excess, passes = solve_subproblem(problem, d, state, chain, size)
-        work.passes[0] += passes
-        if excess == UNSETTLED:
+        if not _improve(problem, d, x, y, angle, work, residual):
             return status.MAX_ITERATIONS, iteration, residual
-        for i in range(1, size + 1):
-            work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
-        for k in range(state.force.shape[0]):
-            work.force[k], work.shear[k] = state.force[k], state.shear[k]
-            penalty = max(penalty, 2.0 * chain.force[k])
-        violation = _penetration(state)
-        merit = strain_energy(problem, d, state, size) + penalty * violation
-        slope = energy_slope(problem, d, state, chain, size) - penalty * violation
-        length = 1.0
-        while True:
-            _advance(problem, d, x, y, angle, work, length)
-            if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
-                break
-            if problem.mu[d] == 0.0:
-                trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
-                if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
-                    break
-            length *= 0.5
-            if length < _SHORTEST:
-                return status.MAX_ITERATIONS, iteration, residual
     return status.MAX_ITERATIONS, most, residual

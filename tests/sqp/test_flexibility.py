@@ -15,7 +15,7 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.sqp.flexibility import Chain, make_chain
-from fastncm.sqp.working_set import solve_chain
+from fastncm.sqp.chain_step import solve_chain
 
 pytestmark = interpreted
 N = 9

@@ -12,7 +12,7 @@ from surfaces import interpreted, lowered_surface
 
 from fastncm.kernels.nodal import FAR, carry_forces, make_nodal, place_axis, place_surface
 from fastncm.sqp.flexibility import make_chain
-from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
+from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
 
 pytestmark = interpreted
 SQUARE = [[-0.1, -0.06], [0.1, -0.06], [0.1, 0.06], [-0.1, 0.06]]
