@@ -272,22 +272,45 @@ def _store_shape(problem, d, i, state, trace):
         trace.contact[d, i, k, 4] = state.force[k] * qy
 
 
+@inner
+def _come_from_last(problem, d, goal, walk, tolerance, trace):
+    """Solve a position from the one before, at ``walk.place``. Returns ``(status, iterations)``."""
+    for c in range(3):
+        walk.move[c] = goal[c] - walk.place[c]
+    return _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+
+
+@inner
+def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
+    """Solve position `i` with the target coming from beside the finger: how it came here along the
+    path is not known. Returns ``(status, iterations)``."""
+    _straighten(walk)
+    side = 1.0 if problem.left else -1.0
+    if not _set_aside(problem, d, goal, side, walk):
+        return status.INFEASIBLE, 0
+    result, iterations = _approach(problem, d, walk, 0.0, tolerance, trace)
+    if result == status.CONVERGED and problem.mu[d] > 0.0:
+        result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
+        iterations += count
+    return result, iterations
+
+
 @kernel
 def trace_surfaces(problem, walk, tolerance, trace):
     """Solve all positions of all fingers.
 
-    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
-    converge is a row with a status; the next position is approached afresh.
+    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. A position that
+    cannot be reached from the last one, as where the finger snaps, is approached afresh; what does
+    not converge then is a row with a status.
     """
     work = walk.work
     intervals = problem.step.shape[0]
-    side = 1.0 if problem.left else -1.0
     for d in range(problem.positions.shape[0]):
         for k in range(walk.straight.seen.shape[0]):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         _straighten(walk)
-        touching, before = False, -1
+        known = False  # whether walk holds the solution of the position before
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
             row = trace.rows[d, i]
@@ -297,32 +320,22 @@ def trace_surfaces(problem, walk, tolerance, trace):
                 result = status.NO_CONTACT if free else status.INFEASIBLE
                 _free_row(problem, d, i, result, 0.0 if free else overlap, row)
                 _straighten(walk)
-                touching, before = False, i if free else -1
-                continue
-            mu = problem.mu[d]
-            if touching or before == i - 1 and i > 0:
                 for c in range(3):
-                    if not touching:
-                        walk.place[c] = problem.placement[d, before, c]
-                    walk.move[c] = goal[c] - walk.place[c]
-            else:
-                _straighten(walk)
-                mu = 0.0
-                if not _set_aside(problem, d, goal, side, walk):
-                    deepest = -walk.straight.gap[walk.deepest[0]]
-                    _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
-                    continue
-            result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
-            if result == status.CONVERGED and mu != problem.mu[d]:
-                # how the finger came here is not known: the target slides along its path
-                result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
+                    walk.place[c] = goal[c]
+                known = free
+                continue
+            result, iterations = status.MAX_ITERATIONS, 0
+            if known:
+                result, iterations = _come_from_last(problem, d, goal, walk, tolerance, trace)
+            if result != status.CONVERGED:
+                result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
                 iterations += count
-            touching = result == status.CONVERGED
-            if not touching:
-                _free_row(problem, d, i, result, 0.0, row)
+            known = result == status.CONVERGED
+            if not known:
+                overlap = -walk.straight.gap[walk.deepest[0]]
+                overlap = overlap if result == status.INFEASIBLE else 0.0
+                _free_row(problem, d, i, result, overlap, row)
                 row[rows.ITERATIONS] = iterations
-                _straighten(walk)
-                before = -1
                 continue
             row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
             row[rows.ITERATIONS] = iterations
