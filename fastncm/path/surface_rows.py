@@ -93,6 +93,12 @@ def _estimate(problem, d, work, normal, residual):
             missed += abs(bent - 2.0 * last + before) / 24.0
         before, last = last, bent
         energy += bent
+    for k in range(intervals + 2, len(state.gap)):
+        if state.force[k] > 0.0:  # its force acts on the section beside it, short of some shear
+            j = state.node[k]
+            beside = abs(state.seen_x[k] - problem.arc[j])
+            give = problem.shear_flexibility[d, j - 1] * problem.step[j - 1]
+            shortened += state.force[k] * beside * give
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change = stiffness * moved + normal * missed / energy + misplaced_forces(problem, state)

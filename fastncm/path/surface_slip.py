@@ -76,8 +76,11 @@ def regrip(state, kept, motion, x, y, mu, turn):
 
 
 @inner
-def anchor(state):
-    """Forget what no longer touches."""
+def finish_friction(state, mu):
+    """Forget what no longer touches, and take off what a contact that sticks holds by rounding
+    beyond ``mu lambda``."""
     for k in range(state.force.shape[0]):
         if state.force[k] <= 0.0:
             state.stuck[k], state.shear[k] = False, 0.0
+        most = mu * state.force[k]
+        state.shear[k] = min(max(state.shear[k], -most), most)

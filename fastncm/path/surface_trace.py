@@ -15,7 +15,8 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.path import surface_rows as rows
-from fastncm.path.surface_slip import anchor, choose_senses, regrip
+from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
+from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
 from fastncm.sqp import status
 from fastncm.sqp.surface import ROUNDING, SurfaceWork, make_surface_work, solve_surface
 
@@ -66,12 +67,14 @@ class Walk(NamedTuple):
     """One finger on its way.
 
     work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
-    kept: the last solved state. place: (3,) of the target there; move: (3,) from there to the goal.
+    kept: the last solved state, strides: those before. place: (3,) of the target there; move: (3,)
+    from there to the goal.
     """
 
     work: SurfaceWork
     straight: Nodal
     kept: Nodal
+    strides: Strides
     deepest: np.ndarray
     place: np.ndarray
     move: np.ndarray
@@ -79,10 +82,12 @@ class Walk(NamedTuple):
 
 def make_walk(problem: NodalProblem) -> Walk:
     """Room for a walk."""
+    nodes = len(problem.arc)
     return Walk(
         make_surface_work(problem),
         make_nodal(problem),
         make_nodal(problem),
+        make_strides(nodes, nodes + 1 + problem.points.shape[1]),
         np.ones(1, np.int64),
         np.zeros(3),
         np.zeros(3),
@@ -111,6 +116,7 @@ def _straighten(walk):
     for state in (walk.work.state, walk.kept):
         _copy_state(walk.straight, state)
     walk.work.size[0] = walk.straight.psi.shape[0] - 1
+    forget(walk.strides)
 
 
 @inner
@@ -158,7 +164,7 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
         return result, total
     for turn in range(_ROUNDS):
         if regrip(state, walk.kept, motion, x, y, mu, turn) == 0:
-            anchor(state)
+            finish_friction(state, mu)
             return result, total
         result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
         total += count
@@ -179,10 +185,12 @@ def _approach(problem, d, walk, mu, tolerance, trace):
     total, left = 0, 1.0
     while True:
         share = min(share, left)
+        predict(walk.strides, walk.kept, move, share, work.state)
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
         if result == status.CONVERGED:
+            remember(walk.strides, walk.kept, move, share)
             _copy_state(work.state, walk.kept)
             left -= share
             for c in range(3):
@@ -192,6 +200,7 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             share *= 2.0
             continue
         _copy_state(walk.kept, work.state)
+        forget(walk.strides)
         share *= 0.25
         if share < _SHORTEST_SHARE:
             return result, total
@@ -212,6 +221,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
     if result != status.CONVERGED:
         return result, total
     _copy_state(work.state, walk.kept)
+    forget(walk.strides)
     result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     return result, total + count
 

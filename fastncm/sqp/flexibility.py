@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inlined
 from fastncm.kernels.nodal import friction_ratio, next_contact
 
 #: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself, and
@@ -238,7 +238,7 @@ def contact_terms(state, k, j, mu):
 _TURN = (0.0, 0.0, 1.0)
 
 
-@inner
+@inlined
 def carry_flexibility(problem, d, state, chain, size, own):
     """The way from the clamp to node `size`.
 
@@ -317,7 +317,7 @@ def list_contacts(state, chain, j):
     return count
 
 
-@inner
+@inlined
 def carry_back(problem, d, state, chain, size, own):
     """The way back from node `size`: contact forces, and the step of every angle."""
     mu = problem.mu[d]
@@ -355,7 +355,7 @@ def carry_back(problem, d, state, chain, size, own):
     moved_gaps(problem, state, chain, size)
 
 
-@inner
+@inlined
 def moved_gaps(problem, state, chain, size):
     """Sum up the intervals' steps in `dpsi`, and with them the step of every node and gap."""
     for p in range(state.gap.shape[0]):

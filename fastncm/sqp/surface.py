@@ -92,7 +92,7 @@ def strain_energy(problem, d, state, size):
     return energy
 
 
-@inner
+@inlined
 def energy_slope(problem, d, state, chain, size):
     """Derivative of V along the step in `chain`."""
     slope = 0.0
@@ -155,7 +155,7 @@ def _penetration(state):
     return total
 
 
-@inner
+@inlined
 def _last_node(problem, state, size):
     """The last node that takes part in the next subproblem: no less than `size`; beyond it the
     finger is straight."""
@@ -171,7 +171,7 @@ def _last_node(problem, state, size):
     return last
 
 
-@inner
+@inlined
 def _advance(problem, d, x, y, angle, work, length):
     """The state at `length` of the step from the iterate, evaluated."""
     state, chain = work.state, work.chain
@@ -211,29 +211,36 @@ def _propose(problem, d, work, size, curved):
 
 
 @inner
-def _search(problem, d, x, y, angle, work, residual, penalty):
-    """Walk along the step until the residual or the merit function falls. Returns whether one
-    does."""
-    state, size = work.state, work.size[0]
-    violation = _penetration(state)
-    merit = strain_energy(problem, d, state, size) + penalty * violation
-    slope = energy_slope(problem, d, state, work.chain, size) - penalty * violation
-    length = 1.0
+def _search(problem, d, x, y, angle, work, residual):
+    """Walk along the step until the residual or the merit function falls.
+
+    Returns the residual there; NaN where neither does.
+    """
+    state, size, penalty = work.state, work.size[0], work.penalty[0]
+    merit, slope, length = np.nan, 0.0, 1.0
     while length >= _SHORTEST:
         _advance(problem, d, x, y, angle, work, length)
-        if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
-            return True
+        fallen = kkt_residual(problem, d, state, size)
+        if fallen <= (1.0 - _RESIDUAL_FALL * length) * residual:
+            return fallen
         if problem.mu[d] == 0.0:
             trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
+            if np.isnan(merit):  # seldom needed: worked out here
+                _advance(problem, d, x, y, angle, work, 0.0)
+                violation = penalty * _penetration(state)
+                merit = strain_energy(problem, d, state, size) + violation
+                slope = energy_slope(problem, d, state, work.chain, size) - violation
+                _advance(problem, d, x, y, angle, work, length)
             if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
-                return True
+                return fallen
         length *= 0.5
-    return False
+    return np.nan
 
 
 @inner
 def _improve(problem, d, x, y, angle, work, residual):
-    """One step from the iterate in ``work.state``. Returns whether there is one."""
+    """One step from the iterate in ``work.state``. Returns the residual after it; NaN where there
+    is no step."""
     state, chain, size = work.state, work.chain, work.size[0]
     for i in range(1, size + 1):
         work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
@@ -244,10 +251,11 @@ def _improve(problem, d, x, y, angle, work, residual):
             continue
         for k in range(state.force.shape[0]):
             work.penalty[0] = max(work.penalty[0], 2.0 * chain.force[k])
-        if _search(problem, d, x, y, angle, work, residual, work.penalty[0]):
-            return True
+        fallen = _search(problem, d, x, y, angle, work, residual)
+        if not np.isnan(fallen):
+            return fallen
         _advance(problem, d, x, y, angle, work, 0.0)
-    return False
+    return np.nan
 
 
 @inner
@@ -263,15 +271,15 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
             last = max(last, state.node[k])
     work.size[0], work.penalty[0] = last, 0.0
     evaluate(problem, d, x, y, angle, work)
-    residual = np.inf
+    residual = kkt_residual(problem, d, state, last)
     for iteration in range(most + 1):
-        size = _last_node(problem, state, work.size[0])
-        work.size[0] = size
-        residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:
             return status.CONVERGED, iteration, residual
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
-        if not _improve(problem, d, x, y, angle, work, residual):
+        work.size[0] = _last_node(problem, state, work.size[0])
+        fallen = _improve(problem, d, x, y, angle, work, residual)
+        if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual
+        residual = fallen
     return status.MAX_ITERATIONS, most, residual

@@ -38,7 +38,7 @@ def penetrates(chain, k, depth):
     return not chain.touching[k] and chain.gap[k] < -depth
 
 
-@inner
+@inlined
 def count_wrong(chain, begin, end, slack, depth):
     """How many of the points [begin, end) pull or penetrate."""
     wrong = 0
