@@ -18,7 +18,13 @@ from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
 from fastncm.sqp import status
-from fastncm.sqp.surface import ROUNDING, SurfaceWork, make_surface_work, solve_surface
+from fastncm.sqp.surface import (
+    ROUNDING,
+    SurfaceWork,
+    make_surface_work,
+    mean_deflection,
+    solve_surface,
+)
 
 #: Longest move of the target (finger lengths, radians) from one solve to the next, and the shortest
 #: part of a move that is tried before a position is given up.
@@ -163,7 +169,8 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     if mu == 0.0 or result != status.CONVERGED:
         return result, total
     for turn in range(_ROUNDS):
-        if regrip(state, walk.kept, motion, x, y, mu, turn) == 0:
+        deflection = mean_deflection(problem, d, state, work.size[0])
+        if regrip(state, walk.kept, motion, x, y, mu, turn, deflection) == 0:
             finish_friction(state, mu)
             return result, total
         result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)

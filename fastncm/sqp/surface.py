@@ -28,6 +28,9 @@ ROUNDING = 1e-15
 _NEAR = 0.01
 #: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
 _ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
+#: A full step to more than this part of the residual is halved or doubled where that brings this
+#: part of it.
+_SLOW, _BETTER = 0.5, 0.5
 #: Step length at which the line search gives up.
 _SHORTEST = 1e-4
 
@@ -114,7 +117,8 @@ def evaluate(problem, d, x, y, angle, work):
 def kkt_residual(problem, d, state, size):
     """Largest relative violation of the KKT conditions of an evaluated state, from scratch.
 
-    Moment and shear angle of each interval against those of the contact forces beyond it, over the
+    Moment (beyond the rounding of the angles, which a tip much stiffer than the clamp magnifies)
+    and shear angle of each interval against those of the contact forces beyond it, over the
     largest; penetration, slide of what sticks and ``lambda g`` over the mean deflection at the
     contacts, ``2 V / sum lambda`` (gaps beyond their own rounding, which a grazing contact's
     deflection may be near); a negative multiplier over the largest. NaN where any is.
@@ -127,7 +131,8 @@ def kkt_residual(problem, d, state, size):
     for i in range(1, size + 1):
         bent = _moment(problem, d, state, i)
         moment = max(moment, abs(bent), abs(state.moment[i]))
-        slack = max(slack, abs(bent - state.moment[i]))
+        rounded = ROUNDING * problem.bending[d, i - 1] * (abs(state.psi[i]) + abs(state.psi[i - 1]))
+        slack = max(slack, abs(bent - state.moment[i]) - rounded)
         across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i] + state.couple[i]
         sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
@@ -145,6 +150,15 @@ def kkt_residual(problem, d, state, size):
             if state.stuck[k]:
                 residual = max(residual, (abs(state.slide[k]) - ROUNDING) / deflection * share)
     return residual if np.isfinite(energy + total) else np.nan
+
+
+@inner
+def mean_deflection(problem, d, state, size):
+    """``2 V / sum lambda``: how far the contacts have moved the finger, by and large."""
+    total = 0.0
+    for k in range(state.force.shape[0]):
+        total += abs(state.force[k])
+    return 2.0 * strain_energy(problem, d, state, size) / total if total > 0.0 else 0.0
 
 
 @inlined
@@ -211,6 +225,23 @@ def _propose(problem, d, work, size, curved):
 
 
 @inner
+def _rescale(problem, d, x, y, angle, work, fallen):
+    """Half or twice a full step that brings little, where that brings more.
+
+    So it is where the solution lies between, or all steps go the same way: the side's shape about a
+    target's point is held fixed in derivatives. fallen: the residual after the full step. Returns
+    that after the one taken.
+    """
+    for length in (0.5, 2.0):
+        _advance(problem, d, x, y, angle, work, length)
+        other = kkt_residual(problem, d, work.state, work.size[0])
+        if other < _BETTER * fallen:
+            return other
+    _advance(problem, d, x, y, angle, work, 1.0)
+    return fallen
+
+
+@inner
 def _search(problem, d, x, y, angle, work, residual):
     """Walk along the step until the residual or the merit function falls.
 
@@ -222,6 +253,8 @@ def _search(problem, d, x, y, angle, work, residual):
         _advance(problem, d, x, y, angle, work, length)
         fallen = kkt_residual(problem, d, state, size)
         if fallen <= (1.0 - _RESIDUAL_FALL * length) * residual:
+            if length == 1.0 and fallen > _SLOW * residual:
+                return _rescale(problem, d, x, y, angle, work, fallen)
             return fallen
         if problem.mu[d] == 0.0:
             trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
