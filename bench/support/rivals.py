@@ -37,26 +37,24 @@ def follow(rival: Rival, positions: Sequence[float], cap: float = np.inf) -> pd.
     """One row per position: success, force_x_N, force_y_N, iterations, seconds (CPU).
 
     Each starts from what was solved before it. The part of the jaw is that of the position before;
-    where the answer contradicts it, the other part is tried, and the time of both counts. After
-    `cap` CPU seconds at one position a success counts as a failure.
+    where the answer contradicts it, the other part is tried from there, and the time of both
+    counts. After `cap` CPU seconds at one position a success counts as a failure.
     """
     numbers, length = geometry(rival.case), rival.case.length
     feature, before, rows = EDGE, [], []
     for position in positions:
         begin = time.process_time()
-        answer, iterations = None, 0
+        iterations, start = 0, before
         for part in (feature, CORNER if feature == EDGE else EDGE):
-            answer = rival.solve(part, position, before)
+            answer = rival.solve(part, position, start)
             iterations += answer.iterations
-            if not answer.success:
-                continue
-            if not contradicted(numbers, part, position / length, answer.pose):
+            right = not contradicted(numbers, part, position / length, answer.pose)
+            if answer.success and right:
                 feature = part
                 break
-        else:
-            answer = answer._replace(success=False)
+            start = [answer.state] if answer.success else before
         seconds = time.process_time() - begin
-        success = answer.success and seconds <= cap
+        success = answer.success and right and seconds <= cap
         before = [*before[-2:], answer.state] if success else []
         force = answer.force if success else FAILED
         rows.append((position, success, *force, iterations, seconds))

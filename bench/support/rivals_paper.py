@@ -129,9 +129,7 @@ def gaps(q, slope, end, weights, geometry, points, place, out, jacobian):
     for j in range(len(points)):
         out[j] = _gap_of_point(geometry, points[j], place, pose, first, where)
         for k in range(len(q)):
-            jacobian[j, k] = (
-                first[0] * rate[0, k] + first[1] * rate[1, k] + first[2] * rate[2, k]
-            )
+            jacobian[j, k] = first[0] * rate[0, k] + first[1] * rate[1, k] + first[2] * rate[2, k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -180,9 +178,7 @@ def active_set(hessian, slope_v, gap, jacobian, step, multipliers):
 
 
 @njit(cache=True, error_model="numpy")
-def minimise(
-    start, stiffness, slope, end, weights, geometry, points, place, tolerance, merit
-):
+def minimise(start, stiffness, slope, end, weights, geometry, points, place, tolerance, merit):
     """The SQP: q, multipliers (M,), iterations and status."""
     n, count = len(start), len(points)
     q, hessian, penalty = start.copy(), np.eye(n), 0.0

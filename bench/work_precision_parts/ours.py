@@ -20,7 +20,7 @@ Changes = Mapping[str, object]
 DESIGNS = 512
 """Of a sweep with the closed form; the other forms do not gain from company."""
 APART = 1e-9
-"""Relative difference of two neighbouring designs' jaw heights: problems of their own, all alike."""
+"""Relative difference of two neighbouring designs' jaw heights: problems of their own."""
 BUDGET = 0.25
 """CPU seconds of a measurement, over which the best run counts."""
 ORDERS = (*range(2, 13), 14, 16)
@@ -121,9 +121,7 @@ def surface_rows(problem: Problem) -> Iterator[dict[str, object]]:
         yield surface_row(problem, "10b", f"N = 90, 10b, M = {points}", changes)
 
 
-def surface_row(
-    problem: Problem, series: str, setting: str, changes: Changes
-) -> dict[str, object]:
+def surface_row(problem: Problem, series: str, setting: str, changes: Changes) -> dict[str, object]:
     """Errors of one setting and the time of its path's solves."""
     scene = problem.scene.replace(changes)
     frame = fastncm.solve(scene).frame()

@@ -1,4 +1,4 @@
-"""The five problems of the study: scene, friction, positions, true forces, the model's own error."""
+"""The problems of the study: scene, friction, positions, true forces, the model's own error."""
 
 from dataclasses import dataclass, replace
 

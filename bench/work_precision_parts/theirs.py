@@ -85,9 +85,7 @@ def jaw_rows(problem: Problem) -> Iterator[Row]:
     yield formula_row(problem)
 
 
-def path_row(
-    problem: Problem, solver: str, series: str, setting: str, rival: rivals.Rival
-) -> Row:
+def path_row(problem: Problem, solver: str, series: str, setting: str, rival: rivals.Rival) -> Row:
     """One rival's path: its errors, and the best time of the rounds that fit into the budget."""
     frame, seconds = best_path(lambda: rivals.follow(rival, problem.positions))
     return row(problem, solver, series, setting, frame, problem.truth, seconds, math.nan)
