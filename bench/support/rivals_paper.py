@@ -28,6 +28,7 @@ SHORTEST = 1e-10
 ARMIJO = 1e-4
 DAMPING = 0.2
 ROUNDING = 1e-12
+ROUNDING_OF_V = 1e-15
 CONVERGED, OUT_OF_ITERATIONS, NO_STEP, NO_ACTIVE_SET = range(4)
 
 
@@ -205,7 +206,7 @@ def minimise(start, stiffness, slope, end, weights, geometry, points, place, tol
             value = rp.energy(there, stiffness)
             if merit:
                 value -= penalty * np.minimum(g_there, 0.0).sum()
-            if value <= here + ARMIJO * length * fall + 1e-15:
+            if value <= here + ARMIJO * length * fall + merit * ROUNDING_OF_V:
                 break
             length *= 0.5
             if length < SHORTEST:
