@@ -5,6 +5,10 @@ midpoints, N level functions >= 0. Written out densely: with theta = phi + A z a
 angle sigma = phi + P z, where z are the unknowns in which the energy is V = 1/2 z.z (the unit
 matrix that SLSQP starts its updates from), places and all derivatives are products of matrices,
 which BLAS does. Only the scene's description is taken from the package.
+
+`printed` is the shear energy of the paper's (5) instead: gamma at nodes, the mean of neighbours
+squared, the axis summed up by the trapezoidal rule. An alternating gamma then has no energy, but
+shortens the axis. (The energy is 1/2 z.Dz there, with a 0 for that mode in the diagonal matrix D.)
 """
 
 import time
@@ -13,22 +17,26 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import solve_triangular
+from scipy.linalg import block_diag, eigh
 from scipy.optimize import NonlinearConstraint, minimize
 
 from fastncm.scene import Pose, Scene
 
 Method = Literal["SLSQP", "trust-constr"]
 ITERATIONS = {"SLSQP": 500, "trust-constr": 3000}
+ROUNDING = 1e-13
+"""Of an eigenvalue, relative to the largest."""
 
 
 class SurfaceRival:
     """One of the two methods for a scene with an ellipse, and one tolerance."""
 
-    def __init__(self, scene: Scene, method: Method, tolerance: float) -> None:
+    def __init__(
+        self, scene: Scene, method: Method, tolerance: float, printed: bool = False
+    ) -> None:
         assert scene.target.shape == "ellipse" and scene.model.shear
         finger, n = scene.finger, scene.solver.intervals
-        self.scene, self.method, self.tolerance, self.count = scene, method, tolerance, n
+        self.scene, self.method, self.tolerance = scene, method, tolerance
         h, self.length = 1.0 / n, finger.length
         stations = np.array(finger.stations).T
         middle = np.interp((np.arange(n) + 0.5) * h * self.length, *stations)
@@ -41,15 +49,24 @@ class SurfaceRival:
         self.axes = np.array(scene.target.semi_axes) / self.length
         self.offset = finger.offset / self.length
 
-        mean = 0.5 * (np.eye(n) + np.eye(n, k=-1))
+        mean = 0.5 * (np.eye(n) + np.eye(n, k=-1))  # psi_0 = 0
         change = np.eye(n) - np.eye(n, k=-1)
         bending = change.T @ ((middle / clamp)[:, None] ** 3 / h * change)
-        stiffness = np.block([[bending, np.zeros((n, n))], [np.zeros((n, n)), np.diag(shear * h)]])
-        root = np.linalg.cholesky(stiffness)  # z = root^T (psi, gamma)
-        to_z = solve_triangular(root.T, np.eye(2 * n), lower=False)
-        self.theta = np.hstack([mean, np.eye(n)]) @ to_z
-        self.sigma = to_z[:n]
-        self.sum = h * np.tril(np.ones((n, n)))
+        if printed:
+            means = 0.5 * (np.eye(n, n + 1) + np.eye(n, n + 1, k=1))
+            shearing = means.T @ ((shear * h)[:, None] * means)
+            nodal = np.vstack([np.zeros((1, n)), np.eye(n)])
+            theta, self.sum = (
+                np.hstack([nodal, np.eye(n + 1)]),
+                h * np.tril(np.ones((n, n))) @ means,
+            )
+        else:
+            shearing = np.diag(shear * h)
+            theta, self.sum = np.hstack([mean, np.eye(n)]), h * np.tril(np.ones((n, n)))
+        values, vectors = eigh(block_diag(bending, shearing))
+        self.energies = (values > ROUNDING * values.max()).astype(float)  # D
+        to_fields = vectors / np.sqrt(np.where(self.energies > 0.0, values, 1.0))
+        self.theta, self.sigma = theta @ to_fields, to_fields[:n]
         self.seen: tuple[bytes, tuple] = (b"", ())
 
     def places(self, z: np.ndarray, pose: Pose) -> tuple[np.ndarray, ...]:
@@ -101,7 +118,8 @@ class SurfaceRival:
 
     def solve(self, start: np.ndarray, pose: Pose) -> tuple[bool, np.ndarray, np.ndarray, int]:
         """Success in its own words, z, the force on the finger (2,) in N, iterations."""
-        common = {"fun": lambda z: 0.5 * z @ z, "x0": start, "jac": lambda z: z}
+        d = self.energies
+        common = {"fun": lambda z: 0.5 * z @ (d * z), "x0": start, "jac": lambda z: d * z}
         most = {"maxiter": ITERATIONS[self.method]}
         if self.method == "SLSQP":
             outside = {"type": "ineq", "fun": self.level, "jac": self.jacobian, "args": (pose,)}
@@ -116,12 +134,12 @@ class SurfaceRival:
                 jac=lambda z: self.jacobian(z, pose),
                 hess=lambda z, v: self.hessian(z, v, pose),
             )
-            eye = np.eye(2 * self.count)
+            bent = np.diag(d)
             options = dict.fromkeys(("gtol", "xtol", "barrier_tol"), self.tolerance) | most
             found = minimize(
                 **common,
                 method="trust-constr",
-                hess=lambda z: eye,
+                hess=lambda z: bent,
                 constraints=limits,
                 options=options,
             )
@@ -137,7 +155,7 @@ class SurfaceRival:
         The first start is the undeformed finger. Once one solve has taken more than `cap` seconds
         the rest is given up, as failures without time.
         """
-        rows, z, given_up = [], np.zeros(2 * self.count), False
+        rows, z, given_up = [], np.zeros(len(self.energies)), False
         for pose in poses:
             if given_up:
                 rows.append((False, np.nan, np.nan, 0, np.nan))

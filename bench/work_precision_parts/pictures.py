@@ -28,14 +28,14 @@ OWN = {
     "BFGS": ("#4c8eda", "s-", "closed form, BFGS"),
     "10a, exact": ("#1e7d3c", "^-", "(10a), exact"),
     "10a, bfgs": ("#8fc98f", "^:", "(10a), BFGS"),
-    "10a": ("#1e7d3c", "^-", "(10a)"),
+    "10a": ("#1e7d3c", "^-", "(10a), exact"),
     "10b, exact": ("#d98e04", "v-", "(10b), exact"),
     "10b, bfgs": ("#efc57a", "v:", "(10b), BFGS"),
-    "10b": ("#d98e04", "v-", "(10b)"),
+    "10b": ("#d98e04", "v-", "(10b), exact"),
     "recovered friction": (RED, "s-", "recovered friction (14)-(17)"),
     "shear, section psi": ("0.55", "o-", "with shear, section ψ"),
     "shear, section psi+gamma": ("0.75", "o--", "with shear, section ψ+γ"),
-    "section psi+gamma": ("0.75", "o--", "section ψ+γ"),
+    "section psi+gamma": ("0.75", "o--", "with shear, section ψ+γ"),
 }
 
 
@@ -57,23 +57,24 @@ def frame(ax: Axes, title: str) -> None:
     ax.set_title(title, fontsize=10, loc="left")
 
 
-def model_line(ax: Axes, models: pd.DataFrame, scene: str, mu: float) -> None:
-    """The model's own error as a line across the panel, and what the reference is good for."""
+def model_line(ax: Axes, models: pd.DataFrame, scene: str, mu: float, at: float) -> None:
+    """The model's own error as a line across the panel, and what the reference is good for; the
+    words begin at `at` of the panel's width."""
     about = models[(models["scene"] == scene) & (models["mu"] == mu)].iloc[0]
+    words = {"fontsize": 7.5, "color": "0.35", "textcoords": "offset points"}
+    across = ("axes fraction", "data")
     if np.isfinite(about["model_error"]):
         ax.axhline(about["model_error"], color="0.4", lw=0.9, ls=(0, (6, 3)), zorder=0)
-        ax.annotate(
-            "beam against finite elements", (1.0, about["model_error"]), fontsize=7.5,
-            xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points",
-            ha="right", color="0.35",
-        )  # fmt: skip
+        ax.annotate("beam against finite elements", (at, about["model_error"]), xycoords=across,
+                    xytext=(0, 3), **words)  # fmt: skip
     if about["truth_error"] > 1e-10:
         ax.axhspan(FLOOR, about["truth_error"], color="0.93", zorder=-1)
-        ax.annotate(
-            "below the error of the reference", (0.99, about["truth_error"]), fontsize=7.5,
-            xycoords=("axes fraction", "data"), xytext=(0, -9), textcoords="offset points",
-            ha="right", color="0.35",
-        )  # fmt: skip
+        ax.annotate("below the error of the reference", (at, about["truth_error"]),
+                    xycoords=across, xytext=(0, -9), **words)  # fmt: skip
+
+
+def limits(ax: Axes, scene: str) -> None:
+    ax.set_ylim((1e-7 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
 
 
 def draw_rivals(table: pd.DataFrame, models: pd.DataFrame) -> None:
@@ -82,10 +83,11 @@ def draw_rivals(table: pd.DataFrame, models: pd.DataFrame) -> None:
     axes = figure.subplots(3, 2, sharex=True)
     for ax, (scene, mu, rows) in zip(axes.flat, panels(table), strict=True):
         frame(ax, f"{scene}, μ = {mu:g}")
-        model_line(ax, models, scene, mu)
+        model_line(ax, models, scene, mu, 0.01)
         rivals = rows[rows["solver"] != "fastncm"]
         for (solver, _), some in rivals.groupby(["solver", "series"], sort=False):
-            ax.plot(some["us_alone"], clipped(some["error"]), color=COLOURS[solver], lw=0.7)
+            if solver != "paper":
+                ax.plot(some["us_alone"], clipped(some["error"]), color=COLOURS[solver], lw=0.7)
             for row, error in zip(some.itertuples(), clipped(some["error"]), strict=True):
                 ax.plot(
                     row.us_alone, error, MARKERS.get(solver, "o"), color=COLOURS[solver],
@@ -97,7 +99,7 @@ def draw_rivals(table: pd.DataFrame, models: pd.DataFrame) -> None:
             ax.plot(ours["us_sweep"], clipped(ours["error"]), "D-", color=DARK, ms=4.5, lw=1.4)
         auto = rows[(rows["solver"] == "fastncm") & (rows["series"] == "rtol")]
         ax.plot(auto["us_sweep"], clipped(auto["error"]), "o", mfc="none", mec=RED, ms=9)
-        ax.set_ylim((1e-8 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
+        limits(ax, scene)
     for ax in axes[:, 0]:
         ax.set_ylabel("relative error of the force")
     for ax in axes[-1]:
@@ -132,26 +134,32 @@ def _legend(ax: Axes) -> list:
 def draw_own(table: pd.DataFrame, models: pd.DataFrame) -> None:
     """fastncm over its settings, the Pareto front, and where rtol lands."""
     shown = [panel for panel in panels(table) if panel[1] == 0.0 or panel[0] == "snapfit-circle"]
-    figure = empty_figure(9.5, 7.6)
+    figure = empty_figure(9.5, 8.6)
     axes = figure.subplots(2, 2)
+    entries = {}
     for ax, (scene, mu, rows) in zip(axes.flat, shown, strict=True):
         frame(ax, f"{scene}, μ = {mu:g}")
-        model_line(ax, models, scene, mu)
+        model_line(ax, models, scene, mu, 0.42)
         front = pareto(explicit(rows))
         ax.plot(front["us"], clipped(front["error"]), color="#f3d36b", lw=7, alpha=0.7, zorder=0,
                 label="Pareto front")  # fmt: skip
         own = rows[rows["solver"] == "fastncm"]
         for series, some in own.groupby("series", sort=False):
-            if series == "rtol":
-                continue
-            colour, style, label = OWN[str(series)]
-            us = some["us_sweep"].fillna(some["us_alone"])
-            ax.plot(us, clipped(some["error"]), style, color=colour, ms=3.5, lw=0.9, label=label)
+            if series != "rtol":
+                colour, style, label = OWN[str(series)]
+                us = some["us_sweep"].fillna(some["us_alone"])
+                ax.plot(us, clipped(some["error"]), style, color=colour, ms=3.5, lw=0.9,
+                        label=label)  # fmt: skip
         auto = own[own["series"] == "rtol"]
         if len(auto):
             ax.plot(auto["us_sweep"], clipped(auto["error"]), "o", mfc="none", mec=RED, ms=9,
                     label="solver.rtol 1e-2 to 1e-12")  # fmt: skip
-        ax.legend(frameon=False, fontsize=7)
+        entries |= {
+            label: mark for mark, label in zip(*ax.get_legend_handles_labels(), strict=True)
+        }
+        limits(ax, scene)
+    figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4,
+                  frameon=False, fontsize=8.5)  # fmt: skip
     for ax in axes[:, 0]:
         ax.set_ylabel("relative error of the force")
     for ax in axes[-1]:

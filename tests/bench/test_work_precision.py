@@ -48,7 +48,7 @@ def test_direct_contact_converges_to_its_reference() -> None:
 
 
 def test_a_failed_position_has_no_error_but_counts() -> None:
-    problem = type("Problem", (), {"name": "any", "mu": 0.0})()
+    problem = type("Problem", (), {"name": "any", "mu": 0.0, "truth_error": 0.0})()
     frame = pd.DataFrame(
         {
             "success": [True, False],
