@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -32,8 +32,8 @@ MESHES = {
     },
     SMALL: {
         "coarse": Fineness(12, 2, 4.0, 100.0),
-        "medium": Fineness(24, 3, 4.0, 100.0),
-        "fine": Fineness(36, 4, 4.0, 100.0),
+        "medium": Fineness(18, 2, 4.0, 100.0),
+        "fine": Fineness(24, 3, 4.0, 100.0),
     },
 }
 FRICTION = {"snapfit-circle": (0.0, 0.2, 0.4), "snapfit-corner": (0.0, 0.2, 0.4), SMALL: (0.0,)}
@@ -50,15 +50,19 @@ DOWN_FROM, LIFT = 0.05695, 6.0
 
 @dataclass(frozen=True)
 class Case:
-    """A scene by name, a mesh by name and a coefficient of friction."""
+    """A scene by name, a mesh by name, a coefficient of friction, and the penalty in multiples of
+    the mesh's own."""
 
     scene: str
     mesh: str
     mu: float
+    penalty: float = 1.0
 
     @property
     def fineness(self) -> Fineness:
-        return MESHES[self.scene][self.mesh]
+        """The mesh and its penalty."""
+        mesh = MESHES[self.scene][self.mesh]
+        return replace(mesh, stiffness=self.penalty * mesh.stiffness)
 
     def beam(self, **changes: object) -> Scene:
         """The scene with this friction, as fastncm takes it."""
@@ -103,10 +107,15 @@ class Case:
 
 
 def all_cases() -> list[Case]:
-    """Every scene, mesh and friction."""
+    """Every scene, mesh and friction, the coarse meshes first."""
     return [
         Case(scene, mesh, mu)
-        for scene, meshes in MESHES.items()
-        for mesh in meshes
+        for mesh in ("coarse", "medium", "fine")
+        for scene in MESHES
         for mu in FRICTION[scene]
     ]
+
+
+def other_penalties() -> list[Case]:
+    """The case whose sensitivity to the penalty is looked at: a quarter, as it is, four times."""
+    return [Case("snapfit-circle", "coarse", 0.4, penalty) for penalty in (0.25, 1.0, 4.0)]

@@ -47,7 +47,11 @@ def rubber(scene: Scene, fineness: Fineness, degrees: Sequence[float], material:
     for node in clamp:
         driven += [(node, 1, len(motions)), (node, 2, len(motions) + 1)]
         motions += list(turned(nodes[node], angle - start).T)
-    young, poisson, (law, card) = scene.finger.young / MM**2, scene.finger.poisson, MATERIALS[material]
+    young, poisson, (law, card) = (
+        scene.finger.young / MM**2,
+        scene.finger.poisson,
+        MATERIALS[material],
+    )
     return Model(
         nodes=nodes,
         parts=parts,
@@ -96,4 +100,3 @@ def ellipse_part(scene: Scene, fineness: Fineness, centre: np.ndarray) -> Part:
     rim = np.column_stack([np.cos(around), np.sin(around)])
     inner = centre + 0.95 * axes * rim
     return Part("TARGET", block(ruled(centre + axes * rim, inner, cuts([0.0, 1.0], [1]))))
-

@@ -38,6 +38,12 @@ def available() -> bool:
     return shutil.which(PROGRAM) is not None
 
 
+def version() -> str:
+    """Of CalculiX."""
+    said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
+    return said.strip().rpartition(" ")[2]
+
+
 def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
     """Solve the model's path, in at most `limit` seconds by the clock."""
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
