@@ -7,74 +7,81 @@ the gap of the undeformed finger alone: nothing is solved.
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inlined, inner, kernel
-from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.points import smallest_gap
 
-#: Bisections until a bracket in finger lengths is at the rounding error.
-_HALVINGS = 60
+#: Width (in finger lengths, and shares of the position) of a bracket that is at the rounding error,
+#: and trials until then: about eight; a bracket that does not shrink is halved every fourth time.
+_ROUNDING = 4e-16
+_TRIALS = 240
 
 
 @inlined
 def undeformed_gap(problem, d, t):
     """Smallest gap of the undeformed finger of design `d` with the target at `t`."""
-    return smallest_gap(
-        problem.form,
-        problem.points,
-        problem.kind,
-        problem.jaw,
-        problem.target,
-        d,
-        t,
-        1.0,
-        0.0,
-        1.0,
-        0.0,
-    )
+    return _gap(problem.form, problem.points, problem.kind, problem.jaw, problem.target, d, t)
+
+
+@inlined
+def _gap(form, points, kind, jaw, target, d, t):
+    return smallest_gap(form, points, kind, jaw, target, d, t, 1.0, 0.0, 1.0, 0.0)
 
 
 @inner
 def locate_touch(problem, d, free, touching):
     """Position where contact begins, between `free` (gap >= 0) and `touching` (gap < 0), to
     rounding."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (free + touching)
-        if middle == free or middle == touching:
+    form, points = problem.form, problem.points
+    return _locate(form, points, problem.kind, problem.jaw, problem.target, d, free, touching)
+
+
+@inlined
+def _locate(form, points, kind, jaw, target, d, free, touching):
+    """By the Illinois variant of the false position: of an end that stays twice the gap is
+    halved."""
+    at_free = _gap(form, points, kind, jaw, target, d, free)
+    at_touching = _gap(form, points, kind, jaw, target, d, touching)
+    stayed = 0
+    for count in range(_TRIALS):
+        middle = _trial(count, free, touching, at_free, at_touching)
+        if middle == free:
             break
-        if undeformed_gap(problem, d, middle) >= 0.0:
-            free = middle
+        gap = _gap(form, points, kind, jaw, target, d, middle)
+        if gap >= 0.0:
+            at_touching *= 0.5 if stayed > 0 else 1.0
+            free, at_free, stayed = middle, gap, 1
         else:
-            touching = middle
+            at_free *= 0.5 if stayed < 0 else 1.0
+            touching, at_touching, stayed = middle, gap, -1
     return free
 
 
-@inner
-def _undeformed_gap(kind, jaw, target, d, t):
-    """The same from what is known before there is a problem: the closed form."""
-    return closest_gap(kind, -1, jaw, target, d, t, 1.0, 0.0, 1.0, 0.0)[c.GAP]
+@inlined
+def _trial(count, free, touching, at_free, at_touching):
+    """Where to look for contact next: where the line through the two gaps is zero, but not at an
+    end of the bracket (`free` itself where there is no place left)."""
+    way = touching - free
+    least = _ROUNDING * (1.0 + abs(free)) / abs(way)
+    if least >= 0.5:
+        return free
+    share = 0.5 if count % 4 == 3 else at_free / (at_free - at_touching)
+    return free + way * min(max(share, least), 1.0 - least)
 
 
 @inner
 def first_touch(kind, jaw, target, d, far, stop):
     """First contact of the undeformed finger with a target that comes from `far` down to `stop`.
 
-    As the gap changes by at most the distance moved, steps as long as the gap can miss nothing; the
-    last part is bisected. Returns `far` where the target never touches.
+    As the gap changes by at most the distance moved, steps as long as the gap can miss nothing.
+    Returns `far` where the target never touches.
     """
     t = far
     while t > stop:
-        gap = _undeformed_gap(kind, jaw, target, d, t)
+        gap = _gap(c.CLOSEST, 0, kind, jaw, target, d, t)
         if gap <= 0.0:
             return t
         ahead = t - max(gap * 1.001, 1e-7)
-        if _undeformed_gap(kind, jaw, target, d, ahead) < 0.0:
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (t + ahead)
-                if middle == t or middle == ahead:
-                    break
-                if _undeformed_gap(kind, jaw, target, d, middle) >= 0.0:
-                    t = middle
-                else:
-                    ahead = middle
+        if _gap(c.CLOSEST, 0, kind, jaw, target, d, ahead) < 0.0:
+            t = _locate(c.CLOSEST, 0, kind, jaw, target, d, t, ahead)
             return t if t > stop else far
         t = ahead
     return far
