@@ -202,6 +202,11 @@ def trace_carefully(problem, options, trace):
                         )
                 newton.refresh(problem, lanes)
                 remember(lanes, walk)
+                for lane in range(LANES):
+                    if lanes.active[lane] and not lanes.good[lane]:
+                        moves[lane] = 0  # what lies beyond is not reached, either
+                        d = lanes.design[lane]
+                        trace.rows[d, i, rows.POSITION] = problem.positions[d, i]
             if most > 0:
                 rows.measure(problem, lanes, measuring)
                 for lane in range(LANES):
