@@ -33,9 +33,6 @@ _ALGEBRAIC_SHARE = 1e-2
 #: less, by a rounding error that differs between compilations, would be seen in the twelfth digit
 #: of the work.
 _TIGHTEST, _LOOSEST = 1e-13, 1e-12
-#: Move of the target from solve to solve (finger lengths) where a path failed: with friction, or in
-#: the SQP, too.
-_SHORT_MOVE = 5e-4
 #: Iterations of the SQP: the exact Hessian needs 5, damped BFGS from far away up to 60.
 _EXACT_ITERATIONS, _BFGS_ITERATIONS = 50, 200
 
@@ -132,16 +129,11 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         trace_carefully(problem, options, trace)
     else:
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
-        for smooth in (True, False):
-            designs = np.flatnonzero(_failed(trace) & (~smooth | (problem.mu == 0.0)))
-            if not len(designs):
-                continue
+        designs = np.flatnonzero(_failed(trace) & (problem.mu == 0.0))
+        if len(designs):
             again = _select(problem, designs)
             second = _room(again, constraints)
-            if smooth:
-                trace_carefully(again, options, second)
-            else:
-                trace_lanes(again, tolerance, _SHORT_MOVE, second)
+            trace_carefully(again, options, second)
             _replace(trace, second, designs)
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)

@@ -32,18 +32,23 @@ def base_scene(kind: str) -> str:
 
 def one(kind: str, index: int) -> dict[str, object]:
     """The changes of scene `index` of a kind, as `Scene.replace` takes them."""
-    row = index % BLOCK
+    case = index % BLOCK
     if kind in JAW_KINDS:
-        return _row(jaw_block(kind, index // BLOCK), row)
+        return row(jaw_block(kind, index // BLOCK), case)
     for rows, columns in parts(side_block(kind, index // BLOCK)):
-        if row in rows:
-            return _row(columns, int(np.searchsorted(rows, row)))
+        if case in rows:
+            return row(columns, int(np.searchsorted(rows, case)))
     raise IndexError(index)
 
 
-def _row(columns: Columns, row: int) -> dict[str, object]:
+def first(columns: Columns, count: int) -> Columns:
+    """The first cases of a table."""
+    return {name: column[:count] for name, column in columns.items()}
+
+
+def row(columns: Columns, case: int) -> dict[str, object]:
     """One case of a table, in plain Python types."""
-    values = {name: column[row] for name, column in columns.items()}
+    values = {name: column[case] for name, column in columns.items()}
     return {
         name: tuple(value.tolist()) if isinstance(value, np.ndarray)
         else value.item() if isinstance(value, np.generic) else value
@@ -70,6 +75,11 @@ def jaw_block(kind: str, block: int) -> Columns:
     if shape != "straight":
         columns["jaw.convex"] = np.full(BLOCK, shape == "convex", dtype=object)
         half = half if shape == "convex" else -half
+    # the return face does not lean into the jaw
+    steepest = np.maximum(0.3, half - lead + 0.05)
+    back = np.where(
+        draw.share(0.5), 0.5 * np.pi, steepest + draw.uniform(0.0, 1.0) * (2.8 - steepest)
+    )
     # where the jaw is touched: a point of its edge, often one of its corners
     place = draw.uniform(0.0, 1.0)
     at_corner = draw.share(0.15)
@@ -86,7 +96,7 @@ def jaw_block(kind: str, block: int) -> Columns:
     columns |= {
         "jaw.a": a * length[:, None],
         "jaw.b": b * length[:, None],
-        "jaw.return_angle": np.where(draw.share(0.5), 0.5 * np.pi, draw.uniform(0.3, 2.8)),
+        "jaw.return_angle": back,
         "path.y": y * length,
         "path.stop": stop * length,
         "path.start": _blank(start * length, "touch"),
@@ -173,9 +183,7 @@ def side_block(kind: str, block: int) -> Columns:
         touch = np.column_stack([offset + 1.0, np.where(axis, 0.0, -0.5 * up * ends[:, 1])])
     if kind == "polygon":
         corners = rng.choice(_POLYGONS, BLOCK)
-        shapes = [
-            _regular(count, one) for count, one in zip(corners.tolist(), size, strict=True)
-        ]
+        shapes = [_regular(count, one) for count, one in zip(corners.tolist(), size, strict=True)]
         turned = [_turn(shape, -angle) for shape, angle in zip(shapes, base, strict=True)]
         foremost = np.array(
             [shape[np.argmax(way * shape[:, 1])] for shape, way in zip(turned, up, strict=True)]

@@ -19,9 +19,11 @@ Array = np.ndarray
 
 LOCAL_ERROR = 1e-11
 """Of the embedded method of order 5 in one step; that of order 8, which goes on, is far below."""
+COARSE_ERROR = 1e-8
+"""With it the integration's own error shows."""
 MOST_STEPS = 3000
 DIFFERENCE = 1e-6
-NEWTON_STEPS = 12
+NEWTON_STEPS = 40
 SAME_PLACE = 1e-9
 """Distance (finger lengths) up to which two claimed places are one."""
 
@@ -77,6 +79,43 @@ class Truth:
     found: Array
 
 
+def fingers(columns: dict[str, Array], rows: Array, position: Array) -> Fingers:
+    """Cases `rows` (n,) of a table of dotted names, with their targets at `position` (n,) in m."""
+
+    def pick(name: str) -> Array:
+        return columns[name][rows]
+
+    length, thickness, poisson = map(pick, ("finger.length", "finger.thickness", "finger.poisson"))
+    kappa = (5.0 + 5.0 * poisson) / (6.0 + 5.0 * poisson)  # Lan & Lee 2008, eq. (20)
+    shear = kappa / (2.0 + 2.0 * poisson) * 12.0 * (length / thickness[:, 0]) ** 2
+    a, b = (pick(name) / length[:, None] - [1.0, 0.0] for name in ("jaw.a", "jaw.b"))
+    half, zero = np.zeros(len(rows)), np.zeros(len(rows))
+    if "jaw.radius" in columns:
+        sine = np.minimum(np.hypot(*(b - a).T) / 2.0 / (pick("jaw.radius") / length), 1.0)
+        half = np.arcsin(sine) * np.where(pick("jaw.convex").astype(bool), 1.0, -1.0)
+    circle = "target.radius" in columns
+    block = [0.0 if one == "endless" else one for one in ([] if circle else pick("target.length"))]
+    return Fingers(
+        a=a,
+        b=b,
+        half=half,
+        back=pick("jaw.return_angle"),
+        ratio=thickness[:, 1] / thickness[:, 0],
+        shear=np.where(pick("model.shear").astype(bool), shear, np.inf),
+        radius=pick("target.radius") / length if circle else zero,
+        length=zero if circle else np.array(block, dtype=float) / length,
+        at=np.column_stack([position, pick("path.y")]) / length[:, None],
+    )
+
+
+def force_unit(columns: dict[str, Array], rows: Array) -> Array:
+    """EI(0)/L^2 (n,) in N."""
+    clamp = columns["finger.thickness"][rows, 0]
+    stiffness = columns["finger.young"][rows] * columns["finger.width"][rows] * clamp**3 / 12.0
+    unit: Array = stiffness / columns["finger.length"][rows] ** 2
+    return unit
+
+
 def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
     """The equilibria next to the claimed ones, sliding with friction of 0 or +-mu (n,)."""
     jaw, target, q = _features(fingers, claim)
@@ -87,7 +126,8 @@ def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
     unknowns = np.column_stack([pressing, q])
     scale = np.column_stack([np.abs(pressing), np.ones(len(q))])
     missed, pose = _miss(fingers, jaw, target, lean, unknowns)
-    jacobian = np.zeros((len(q), 2, 2))
+    large = 1.0 + fingers.radius + np.abs(fingers.at).max(axis=1)  # of what rounding is a share
+    jacobian, damping = np.zeros((len(q), 2, 2)), np.ones(len(q))
     for _ in range(NEWTON_STEPS):
         for k in range(2):
             aside = unknowns.copy()
@@ -95,15 +135,22 @@ def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
             jacobian[:, :, k] = (_miss(fingers, jaw, target, lean, aside)[0] - missed) / DIFFERENCE
         size = np.abs(missed).max(axis=1)
         step = -np.einsum("nij,nj->ni", np.linalg.pinv(_finite(jacobian)), _finite(missed))
-        trial = unknowns + np.clip(step, -0.5, 0.5) * scale
+        trial = unknowns + damping[:, None] * np.clip(step, -0.5, 0.5) * scale
         new, new_pose = _miss(fingers, jaw, target, lean, trial)
         better = np.abs(new).max(axis=1) < size
-        unknowns[better], missed[better], pose[better] = trial[better], new[better], new_pose[better]
-        if not (better & (size > 1e-13)).any():
+        unknowns[better], missed[better], pose[better] = (
+            trial[better],
+            new[better],
+            new_pose[better],
+        )
+        damping = np.where(better, np.minimum(4.0 * damping, 1.0), 0.25 * damping)
+        if not ((size > 1e-13 * large) & (damping > 1e-4)).any():
             break
     inverse = np.linalg.pinv(_finite(jacobian))
-    rounding = np.abs(inverse[:, 0]).sum(axis=1) * 3e-14
-    found = (np.abs(missed).max(axis=1) < 1e-11) & (unknowns[:, 0] > 0.0)
+    rounding = np.abs(inverse[:, 0]).sum(axis=1) * 3e-14 * large
+    coarse, _ = _miss(fingers, jaw, target, lean, unknowns, COARSE_ERROR)
+    rounding += np.abs(np.einsum("nj,nj->n", inverse[:, 0], _finite(coarse - missed)))
+    found = (np.abs(missed).max(axis=1) < 1e-11 * large) & (unknowns[:, 0] > 0.0)
     normal = _turned(_jaw(fingers, jaw, unknowns[:, 1])[1], pose[:, 2])
     force = unknowns[:, :1] * (-normal + lean[:, None] * _left(normal))
     return Truth(unknowns[:, 0], force, pose, rounding, found)
@@ -118,8 +165,6 @@ def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
     below = np.einsum("ij,ij->i", to_a, down)
     aside = np.abs(down[:, 0] * to_a[:, 1] - down[:, 1] * to_a[:, 0])
     jaw = np.full(count, EDGE)
-    chord = f.b - f.a
-    size = np.hypot(*chord.T)
     q = _place_on_edge(f, place)
     at_a = np.hypot(*to_a.T) < SAME_PLACE
     at_b = np.hypot(*to_b.T) < SAME_PLACE
@@ -135,7 +180,8 @@ def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
     side = block & ~on_corner & (jaw != RETURN)
     target[side & (np.abs(gap[:, 1]) < SAME_PLACE)] = UNDERSIDE
     target[side & (np.abs(gap[:, 0]) < SAME_PLACE)] = FACE
-    target[side & (np.abs(claim.contact[:, 0] - far[:, 0]) < SAME_PLACE)] = BACK
+    behind = (f.length > 0.0) & (np.abs(claim.contact[:, 0] - far[:, 0]) < SAME_PLACE)
+    target[side & ~on_far & behind] = BACK
     # a corner of the jaw on the block's own corner: the edge's end
     ends = block & on_corner & at_a | block & on_corner & at_b
     jaw[ends] = EDGE
@@ -152,7 +198,6 @@ def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
     )
     seen = _turned(outward, -claim.pose[:, 2])
     q = np.where(corner, np.arctan2(seen[:, 1], seen[:, 0]), np.where(jaw == RETURN, below, q))
-    assert size.min() > 0.0
     return jaw, target, q
 
 
@@ -211,13 +256,18 @@ def _jaw(f: Fingers, jaw: Array, q: Array) -> tuple[Array, Array]:
 
 
 def _miss(
-    f: Fingers, jaw: Array, target: Array, lean: Array, unknowns: Array
+    f: Fingers,
+    jaw: Array,
+    target: Array,
+    lean: Array,
+    unknowns: Array,
+    local: float = LOCAL_ERROR,
 ) -> tuple[Array, Array]:
     """By how much jaw and target miss each other (n, 2), and the tip's pose (n, 3)."""
     force, q = unknowns.T
     point, normal = _jaw(f, jaw, q)
     push = force[:, None] * (-normal + lean[:, None] * _left(normal))
-    clamp = _integrate(f, point, push)
+    clamp = _integrate(f, point, push, local)
     psi = -clamp[:, 2]
     pose = np.column_stack([-_turned(clamp[:, :2], psi), psi])
     contact = pose[:, :2] + _turned(point, psi)
@@ -236,11 +286,13 @@ def _miss(
     return missed, pose
 
 
-def _integrate(f: Fingers, arm: Array, force: Array) -> Array:
+def _integrate(f: Fingers, arm: Array, force: Array, local: float) -> Array:
     """The clamp's x, y, psi (n, 3) seen from the tip section, where `force` (n, 2) acts at `arm`;
     NaN where that takes too many steps."""
     clamp = np.empty((len(f.ratio), 3))
-    _integrate_all(f.ratio, f.shear, arm, force, DOP853.A, DOP853.B, DOP853.C, DOP853.E5, clamp)
+    _integrate_all(
+        f.ratio, f.shear, arm, force, DOP853.A, DOP853.B, DOP853.C, DOP853.E5, local, clamp
+    )
     return clamp
 
 
@@ -261,7 +313,7 @@ def _slope(z, x, y, psi, grows, pace, shear, arm, force):  # type: ignore[no-unt
 
 
 @numba.njit(cache=True)
-def _integrate_all(ratio, shear, arms, forces, a, b, c, e, out):  # type: ignore[no-untyped-def]
+def _integrate_all(ratio, shear, arms, forces, a, b, c, e, local, out):  # type: ignore[no-untyped-def]
     """Dormand and Prince's method of order 8 with steps that its own error estimate chooses."""
     stages = len(b)
     k = np.zeros((stages + 1, 3))
@@ -279,9 +331,7 @@ def _integrate_all(ratio, shear, arms, forces, a, b, c, e, out):  # type: ignore
                 for j in range(s):
                     at += step * (a[s, j] if s < stages else b[j]) * k[j]
                 where = z + step * (c[s] if s < stages else 1.0)
-                k[s] = _slope(
-                    where, at[0], at[1], at[2], grows, pace, shear[i], arms[i], forces[i]
-                )
+                k[s] = _slope(where, at[0], at[1], at[2], grows, pace, shear[i], arms[i], forces[i])
             new = state.copy()
             for j in range(stages):
                 new += step * b[j] * k[j]
@@ -293,10 +343,10 @@ def _integrate_all(ratio, shear, arms, forces, a, b, c, e, out):  # type: ignore
                 error = max(error, abs(step * wrong) / (1.0 + abs(new[m])))
             if not error < np.inf:
                 break
-            if error <= LOCAL_ERROR:
+            if error <= local:
                 z = 0.0 if -step >= z else z + step
                 state = new
-            step *= min(5.0, max(0.2, 0.9 * (LOCAL_ERROR / max(error, 1e-300)) ** (1.0 / 6.0)))
+            step *= min(5.0, max(0.2, 0.9 * (local / max(error, 1e-300)) ** (1.0 / 6.0)))
         out[i] = state if z == 0.0 else np.full(3, np.nan)
 
 
