@@ -53,8 +53,8 @@ class Profile(NamedTuple):
     """Basis of one thickness profile at the Q Gauss points.
 
     slope: (n, Q) integral of p_k / D from 0 to the node; end: (n,) the same up to the tip; shear:
-    (n, Q) shear functions; shear_end: (n,) their values at the tip; area: (Q,) A. n counts the BEYOND
-    modes that follow those of the order.
+    (n, Q) shear functions; shear_end: (n,) their values at the tip; area: (Q,) A. n counts the
+    BEYOND modes that follow those of the order.
     """
 
     slope: np.ndarray
