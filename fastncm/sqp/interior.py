@@ -6,8 +6,6 @@ common value falls from pass to pass (S. J. Wright, "Primal-Dual Interior-Point 
 contacts from the rest, however many nodes there are and wherever the contacts begin and end.
 """
 
-import numpy as np
-
 from fastncm.kernels.cache import inlined, inner
 from fastncm.sqp.chain_step import solve_chain
 
