@@ -61,7 +61,7 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> Cur
     return JawCurve(scene, lowered, solved, summary[0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class JawCurve(Curve):
     """A scene with a jaw, solved along a path."""
 
@@ -162,13 +162,17 @@ class JawCurve(Curve):
         row = self._row(i)
         s = np.linspace(0.0, 1.0, _SHAPE_POINTS)
         psi, gamma = self._angles(i, s)
-        # running integrals of the axis' direction by a Gauss rule of their own on each [0, s]
+        # running integrals of the axis' direction by a Gauss rule of their own on each [0, s], a
+        # part of the taper and thus one itself
         rule = basis.quadrature(basis.quadrature_points(c.MAX_ORDER))
-        inner = s[:, None] * rule.nodes[None, :]
+        tip = 1.0 + (float(self._lowered.ratio[0]) - 1.0) * s
+        parts = [basis.stretch(part, rule.nodes) for part in tip.tolist()]
+        inner = s[:, None] * np.array([arc for arc, _ in parts])
+        weights = s[:, None] * rule.weights * np.array([pace for _, pace in parts])
         inner_psi, inner_gamma = self._angles(i, inner.ravel())
         theta = (inner_psi + inner_gamma).reshape(inner.shape)
-        x = s * (np.cos(theta) @ rule.weights)
-        y = s * (np.sin(theta) @ rule.weights)
+        x = (np.cos(theta) * weights).sum(axis=1)
+        y = (np.sin(theta) * weights).sum(axis=1)
         scale = self._lowered.scale
         fx = row[rows.FORCE] * row[rows.NORMAL_X] - row[rows.RUB] * row[rows.NORMAL_Y]
         fy = row[rows.FORCE] * row[rows.NORMAL_Y] + row[rows.RUB] * row[rows.NORMAL_X]

@@ -71,6 +71,13 @@ class Curve(ABC):
     def contacts(self, i: int) -> pd.DataFrame:
         """The touching points at row `i`: s_m, x_m, y_m, force_x_N, force_y_N (on the finger)."""
 
+    def __repr__(self) -> str:
+        counts = self.frame()["status"].value_counts()
+        rows = ", ".join(f"{count} {word}" for word, count in counts.items())
+        where = f"{self.peak.insertion_force_N:.6g} N at {self.peak.position:.6g}"
+        where += f" {self.scene.position_unit}"
+        return f"<curve of {self.scene.name or 'a scene'}: {rows}; peak {where}>"
+
     def _place(self, i: int) -> int:
         """Row `i` counted from 0; negative ones count from the end."""
         if not -len(self) <= i < len(self):

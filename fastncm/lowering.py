@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.basis import profiles, quadrature, quadrature_points
+from fastncm.kernels.basis import grade, profiles, quadrature, quadrature_points
 from fastncm.kernels.problem import Problem
 from fastncm.path.touch import first_touches
 from fastncm.scene import CaseGroup, Scene
@@ -66,12 +66,14 @@ class Lowered:
     turn: int
 
     def problem(self, order: int, designs: Array) -> Problem:
-        """The `designs` (indices) as the kernels want them, with `order` modes per field."""
+        """The `designs` (indices) as the kernels want them, with `order` modes per field; their
+        tapers are of one grade (`kernels.basis.grade`)."""
         shear = self.scene.model.shear
+        graded = int(grade(self.ratio[designs[:1]])[0])
         ratios, profile_of = np.unique(self.ratio[designs], return_inverse=True)
         return Problem(
-            rule=quadrature(quadrature_points(order)),
-            profile=profiles(ratios, order, shear),
+            rule=quadrature(quadrature_points(order, graded), graded),
+            profile=profiles(ratios, order, shear, graded),
             profile_of=profile_of.astype(np.int64),
             ratio=self.ratio[designs],
             shear_stiffness=self.shear_stiffness[designs],

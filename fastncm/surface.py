@@ -18,10 +18,15 @@ from fastncm.path.surface_friction import turn_forces
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, make_walk, trace_surfaces
 from fastncm.scene import CaseGroup, Scene
 from fastncm.surface_touch import first_touches
-from fastncm.trace import kkt_tolerance
 
 Array = np.ndarray
 
+#: The KKT residual's part of `solver.rtol`, and its limits: below is rounding, above equilibrium of
+#: each row would not hold to 1e-9.
+_ALGEBRAIC_SHARE, _TIGHTEST, _LOOSEST = 1e-2, 1e-13, 1e-10
+#: Corners of a polygon are contact points where an edge beside them is longer than this part of an
+#: interval of the finger, or where the outline turns by this angle (rad) within an interval.
+_EDGE, _TURN = 1.0, 0.2
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
 _SHAPES = {
@@ -202,9 +207,9 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
     or, where the finger's nodes are (10a), what is sharper than the finger: a polygon's corners."""
     shape = scene.target.shape
     if scene.solver.contact != "points-on-target":
-        sharp = shape == "polygon" and scene.solver.contact == "closest"
-        kept: Array = vertices[:, : vertices.shape[1] if sharp else 0].copy()
-        return kept
+        if shape != "polygon" or scene.solver.contact != "closest":
+            return np.zeros((len(vertices), 0, 2))
+        return np.ascontiguousarray(vertices[:, _sharp(vertices, 1.0 / scene.solver.intervals)])
     fraction = np.arange(scene.solver.points) / scene.solver.points
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
@@ -219,6 +224,28 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
         return np.ascontiguousarray(vertices[:, low] + share * edges[:, low])
     angle = 2.0 * np.pi * fraction
     return np.ascontiguousarray(vertices * np.column_stack([np.cos(angle), np.sin(angle)]))
+
+
+def _sharp(vertices: Array, interval: float) -> Array:
+    """(V,) bool: which corners of the polygons (D, V, 2) nodes an `interval` apart would not see.
+
+    Where a smooth outline is given by many short edges, the nodes see it as they see an ellipse.
+    """
+    ahead = np.roll(vertices, -1, axis=1) - vertices
+    length = np.hypot(*np.moveaxis(ahead, -1, 0))
+    direction = np.unwrap(np.arctan2(ahead[..., 1], ahead[..., 0]), axis=1)
+    longer = np.maximum(length, np.roll(length, 1, axis=1)) > _EDGE * interval
+    # the outline's direction over its length, twice around: how far it turns about each corner
+    turns = np.zeros(vertices.shape[:2], dtype=bool)
+    for d in range(len(vertices)):
+        at = np.concatenate([[0.0], np.cumsum(np.tile(length[d], 3))])
+        around = np.concatenate([direction[d] + 2.0 * np.pi * k for k in range(3)])
+        corner = at[len(length[d]) + np.arange(len(length[d]))]
+        before = np.searchsorted(at, corner - 0.5 * interval, side="right") - 1
+        after = np.searchsorted(at, corner + 0.5 * interval, side="right") - 1
+        turns[d] = around[after] - around[before] > _TURN
+    sharp: Array = (longer | turns).any(axis=0)
+    return sharp
 
 
 def _placements(
@@ -249,7 +276,7 @@ def _placements(
 def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurface]:
     """Solve all fingers; each comes out once. shapes: whether to keep angles and forces."""
     everything = lowered.problem
-    tolerance = kkt_tolerance(lowered.scene.solver.rtol)
+    tolerance = min(max(_ALGEBRAIC_SHARE * lowered.scene.solver.rtol, _TIGHTEST), _LOOSEST)
     for first in range(0, len(lowered.positions), _CHUNK):
         chosen = slice(first, first + _CHUNK)
         arrays = {

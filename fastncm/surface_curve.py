@@ -39,7 +39,7 @@ def solve_surface(scene: Scene, positions: Array | None) -> "SurfaceCurve":
     return SurfaceCurve(scene, group, lowered, solved)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SurfaceCurve(Curve):
     """A scene whose finger touches with its own side, solved along a path."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastncm.kernels import constants as c
+from fastncm.kernels.basis import grade
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.lowering import Lowered
 from fastncm.path import rows
@@ -33,10 +34,8 @@ _ALGEBRAIC_SHARE = 1e-2
 #: less, by a rounding error that differs between compilations, would be seen in the twelfth digit
 #: of the work.
 _TIGHTEST, _LOOSEST = 1e-13, 1e-12
-#: Move of the target from solve to solve (finger lengths) where a path with friction failed.
-_SHORT_MOVE = 5e-4
-#: Iterations of the SQP; the exact Hessian needs 5, damped BFGS from far away up to 60.
-_SQP_ITERATIONS = 200
+#: Iterations of the SQP: the exact Hessian needs 5, damped BFGS from far away up to 60.
+_EXACT_ITERATIONS, _BFGS_ITERATIONS = 50, 200
 
 
 @dataclass(frozen=True)
@@ -63,8 +62,7 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
     What a design's order is depends on that design alone, so that a table does not depend on how
     its cases were divided into chunks.
     """
-    for first in range(0, len(lowered.jaw), _CHUNK):
-        chunk = np.arange(first, min(first + _CHUNK, len(lowered.jaw)))
+    for chunk in _chunks(lowered):
         rubs = lowered.mu[chunk] > 0.0
         # apart: without friction there is less to do, and the last digit is another one
         yield from _solve_chunk(lowered, chunk[~rubs])
@@ -89,6 +87,15 @@ def _solve_chunk(lowered: Lowered, pending: Array) -> Iterator[Solved]:
             yield _subset(Solved(pending, order, problem, trace), accepted)
         pending = pending[~accepted]
         order = min(order + max(1, order // 6), c.MAX_ORDER)
+
+
+def _chunks(lowered: Lowered) -> Iterator[Array]:
+    """The designs in portions that share a quadrature, each in ascending order."""
+    graded = grade(lowered.ratio)
+    for one in np.unique(graded):
+        designs = np.flatnonzero(graded == one)
+        for first in range(0, len(designs), _CHUNK):
+            yield designs[first : first + _CHUNK]
 
 
 def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
@@ -123,7 +130,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
     options = Options(
         tolerance=tolerance,
         rounding=c.GAP_ROUNDING,
-        iterations=_SQP_ITERATIONS,
+        iterations=_EXACT_ITERATIONS if exact else _BFGS_ITERATIONS,
         exact=exact,
         armijo=1e-4,
         shortest=1e-8,
@@ -134,24 +141,32 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         trace_carefully(problem, options, trace)
     else:
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
-        failed = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
-        for chosen in (failed & (problem.mu == 0.0), failed & (problem.mu > 0.0)):
-            designs = np.flatnonzero(chosen)
-            if not len(designs):
-                continue
+        designs = np.flatnonzero(_failed(trace) & (problem.mu == 0.0))
+        if len(designs):
             again = _select(problem, designs)
             second = _room(again, constraints)
-            if problem.mu[designs[0]] == 0.0:
-                trace_carefully(again, options, second)
-            else:
-                trace_lanes(again, tolerance, _SHORT_MOVE, second)
-            for mine, new in zip(trace[:-1], second[:-1], strict=True):
-                mine[designs] = new
-            trace.solves[0] += second.solves[0]
+            trace_carefully(again, options, second)
+            _replace(trace, second, designs)
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)
         explain_ends(problem, tolerance, trace)
     return trace
+
+
+def _failed(trace: Trace) -> Array:
+    """The designs (D,) with a row that is not solved."""
+    failed: Array = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
+    return failed
+
+
+def _replace(trace: Trace, second: Trace, designs: Array) -> None:
+    """Take over the second attempt at `designs` where it solves at least as many rows."""
+    solved = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
+    before = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
+    better = solved.sum(axis=1) >= before.sum(axis=1)
+    for mine, new in zip(trace[:-1], second[:-1], strict=True):
+        mine[designs[better]] = new[better]
+    trace.solves[0] += second.solves[0]
 
 
 def _room(problem: Problem, constraints: int) -> Trace:

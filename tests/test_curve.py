@@ -162,3 +162,10 @@ def test_rows_that_are_not_there() -> None:
     curve = fastncm.solve(CIRCLE)
     with pytest.raises(IndexError, match="rows 0 to 59"):
         curve.shape(60)
+
+
+def test_a_curve_says_what_it_is() -> None:
+    scene = CIRCLE.replace({"path.start": 0.09, "path.steps": 31})
+    said = repr(fastncm.solve(scene))
+    assert said.startswith("<curve of snapfit-circle:") and len(said) < 200
+    assert "no_contact" in said and "converged" in said and "5.81" in said

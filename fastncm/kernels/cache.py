@@ -104,7 +104,7 @@ class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
 
 
-class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+class _LinkedLibrary(JITCodeLibrary):
     """Code of a function that only compiled code calls: kept as it was lowered, to be optimised and
     turned into machine code with each function that Python calls, and not once more by itself."""
 
@@ -132,7 +132,7 @@ class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         return 0
 
 
-class _LinkedCompiler(CompilerBase):  # type: ignore[misc]
+class _LinkedCompiler(CompilerBase):
     """Numba's compiler with a `_LinkedLibrary`."""
 
     def define_pipelines(self) -> list[Any]:

@@ -224,6 +224,9 @@ def far_feature(jaw, target, d, t, x, y, cos, sin, feature):
     if length == 0.0:
         return feature
     leans_up = cos * jaw[d, c.TRX] - sin * jaw[d, c.TRY] > 0.0  # the return face's outward normal
+    leans_back = sin * jaw[d, c.TRX] + cos * jaw[d, c.TRY] > 0.0
+    if leans_up and not leans_back:  # the jaw has turned so far that its near corner is foremost
+        return feature
     far = c.FAR_RETURN if leans_up else c.A_BACK
     near_gap = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)[0]
     far_gap = feature_gap(far, jaw, target, d, t, x, y, cos, sin)[0]

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inlined
 from fastncm.kernels.distance import distance
 from fastncm.kernels.trig import sincos
 
@@ -147,7 +147,7 @@ def next_contact(state, k, j):
     return state.first[j] if k <= tip + 1 else state.after[k]
 
 
-@inner
+@inlined
 def place_axis(problem, state, size):
     """Angles, positions and sections of all nodes; beyond node `size` the finger is straight."""
     psi, gamma, sin, cos = state.psi, state.gamma, state.sin, state.cos
@@ -204,7 +204,7 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
         state.slide[k] = moved_y * nx - moved_x * ny
 
 
-@inner
+@inlined
 def place_surface(problem, d, x, y, angle, state, margin):
     """All contact points and their gaps to the target at `x`, `y`, `angle`."""
     turn_sin, turn_cos = np.sin(angle), np.cos(angle)
@@ -306,7 +306,7 @@ def contact_direction(state, k, mu):
     return state.nx[k] - ratio * state.ny[k], state.ny[k] + ratio * state.nx[k]
 
 
-@inner
+@inlined
 def carry_forces(problem, d, state, size):
     """What each interval up to `size` carries of the contact forces beyond it: `fx`, `fy`,
     `moment`. Returns the moment at the clamp."""

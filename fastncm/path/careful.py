@@ -16,7 +16,14 @@ from fastncm.kernels.points import constraint_count
 from fastncm.kernels.problem import beyond_count, mode_count
 from fastncm.path import newton, rows
 from fastncm.path.lanes import AS_STORED, make_lanes
-from fastncm.path.trace import LONGEST_MOVE, begin_block, begin_position, set_target, store
+from fastncm.path.trace import (
+    LONGEST_MOVE,
+    aim,
+    begin_block,
+    begin_position,
+    is_genuine,
+    store,
+)
 from fastncm.path.walk import forget, make_walk, remember
 from fastncm.sqp import status
 from fastncm.sqp.design import Design
@@ -176,15 +183,16 @@ def trace_carefully(problem, options, trace):
     lanes = make_lanes(problem)
     walk, measuring = make_walk(modes), rows.make_measuring(points, beyond_count(problem))
     work, spare = make_sqp(problem), make_spare(modes, points)
-    start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
+    going, touching = np.zeros(LANES, np.bool_), np.zeros(LANES, np.bool_)
+    longest = np.full(LANES, LONGEST_MOVE)
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            most = begin_position(problem, i, LONGEST_MOVE, lanes, walk, start, moves, trace)
-            for move in range(1, most + 1):
-                set_target(problem, i, most - move, lanes, start, moves)
+            contact = begin_position(problem, i, lanes, walk, going, trace)
+            touching[:] = going
+            while aim(problem, i, longest, lanes, walk, going):
                 for lane in range(LANES):
                     if lanes.active[lane]:
                         d = lanes.design[lane]
@@ -200,13 +208,30 @@ def trace_carefully(problem, options, trace):
                             trace.rows[d, i],
                             trace.multipliers[d, i],
                         )
+                        # what lies beyond a move that fails is not reached, either
+                        there = lanes.t[lane] == problem.positions[d, i]
+                        going[lane] = lanes.good[lane] and not there
                 newton.refresh(problem, lanes)
                 remember(lanes, walk)
-            if most > 0:
+            for lane in range(LANES):
+                lanes.active[lane] = touching[lane]
+                if touching[lane]:
+                    d = lanes.design[lane]
+                    trace.rows[d, i, rows.POSITION] = problem.positions[d, i]
+            for lane in range(LANES):
+                single = lanes.hold[lane] != AS_STORED
+                if touching[lane] and lanes.good[lane] and single:
+                    if not is_genuine(problem, lanes, lane):
+                        lanes.good[lane] = False
+                        trace.rows[lanes.design[lane], i, rows.STATUS] = status.MAX_ITERATIONS
+            if contact:
                 rows.measure(problem, lanes, measuring)
                 for lane in range(LANES):
                     if lanes.active[lane] and lanes.good[lane]:  # what the SQP itself counted
                         for column in (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS):
                             value = trace.rows[lanes.design[lane], i, column]
                             measuring.row[column, lane] = value
+                        measuring.row[rows.ESTIMATE, lane] += (
+                            rows.ALGEBRAIC * measuring.row[rows.RESIDUAL, lane]
+                        )
                 store(i, lanes, measuring.row, trace)

@@ -33,7 +33,7 @@ _FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
 #: Bisections of the critical friction (to 1e-7 of it), and the longest move on a path that tests
 #: it.
 _HALVINGS = 24
-_TEST_MOVE = 5e-4
+_TEST_MOVE = 5e-3
 #: A step that failed is repeated with this share; one that did not is followed by a longer one.
 _SHORTER, _LONGER = 0.25, 1.5
 #: Beyond any path: from there a target is free.

@@ -25,8 +25,11 @@ def _run_lanes(problem, tolerance, longest, trace, states):
     lanes, walk = make_lanes(problem), make_walk(modes)
     measuring = make_measuring(points, beyond_count(problem))
     if trace.rows.shape[0] > 0:
-        start, moves = np.zeros(LANES), np.zeros(LANES, np.int64)
-        trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, moves, trace)
+        going, touching = np.zeros(LANES, np.bool_), np.zeros(LANES, np.bool_)
+        room = np.zeros(LANES)
+        trace_paths(
+            problem, tolerance, longest, lanes, walk, measuring, going, touching, room, trace
+        )
     solve_all(problem, tolerance, lanes, measuring, states)
 
 

@@ -71,9 +71,11 @@ def assume(lanes, walk):
     """Before a move of the targets: each contact goes on as it did; where the target turns back it
     sticks."""
     for lane in range(LANES):
+        if not lanes.active[lane]:
+            continue
         lanes.sticks[lane] = False
         lanes.side[lane] = 0.0
-        if not lanes.active[lane] or lanes.mu[lane] == 0.0:
+        if lanes.mu[lane] == 0.0:
             continue
         sense = np.sign(lanes.t[lane] - walk.t[lane])
         lanes.anchor[lane] = walk.slip[lane]

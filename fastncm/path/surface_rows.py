@@ -14,8 +14,8 @@ import numpy as np
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
 from fastncm.path.misplaced import misplaced_forces
+from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface import ROUNDING, kkt_residual, strain_energy
-from fastncm.sqp.working_set import solve_chain
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
 (
@@ -93,6 +93,12 @@ def _estimate(problem, d, work, normal, residual):
             missed += abs(bent - 2.0 * last + before) / 24.0
         before, last = last, bent
         energy += bent
+    for k in range(intervals + 2, len(state.gap)):
+        if state.force[k] > 0.0:  # its force acts on the section beside it, short of some shear
+            j = state.node[k]
+            beside = abs(state.seen_x[k] - problem.arc[j])
+            give = problem.shear_flexibility[d, j - 1] * problem.step[j - 1]
+            shortened += state.force[k] * beside * give
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change = stiffness * moved + normal * missed / energy + misplaced_forces(problem, state)

@@ -3,7 +3,8 @@
 A contact slides in the sense in which the target's surface moves along the finger there, and pulls
 the finger with it, or it sticks to the target's point where it is. Which it does is found in
 rounds: a contact that would have to slide backwards sticks, one that holds by more than ``mu
-lambda`` slides.
+lambda`` slides. Where it would slide much farther backwards than friction could hold the finger
+back, it slides the other way at once.
 """
 
 from fastncm.kernels.cache import inlined, inner
@@ -11,6 +12,8 @@ from fastncm.path.surface_rows import velocity
 
 #: Rounds after which contacts are only let go, so that the rounds end.
 _BOTH_WAYS = 10
+#: Rounds in which the sense of sliding is turned at once, and slip over the deflection times mu.
+_TURNED, _FAR = 2, 10.0
 #: Slip (finger lengths) and excess of friction that are rounding.
 _SLIP_ROUNDING, _CONE_ROUNDING = 1e-13, 1e-10
 
@@ -41,9 +44,9 @@ def choose_senses(state, motion, x, y, afresh):
 
 
 @inner
-def regrip(state, kept, motion, x, y, mu, turn):
+def regrip(state, kept, motion, x, y, mu, turn, deflection):
     """Change contacts of a solved state between stick and slip where their law is broken; turn:
-    the number of the round.
+    the number of the round; deflection: of the finger, by and large.
 
     Returns how many have changed.
     """
@@ -64,6 +67,8 @@ def regrip(state, kept, motion, x, y, mu, turn):
         changed += 1
         if state.along[k] == 0.0:
             state.along[k] = 1.0 if slip > 0.0 else -1.0
+        elif turn < _TURNED and abs(slip) > _FAR * mu * deflection:
+            state.along[k] = -state.along[k]
         elif turn < _BOTH_WAYS and kept.force[k] > 0.0:
             state.stuck[k] = True
             state.shear[k] = mu * state.along[k] * state.force[k]
@@ -76,8 +81,11 @@ def regrip(state, kept, motion, x, y, mu, turn):
 
 
 @inner
-def anchor(state):
-    """Forget what no longer touches."""
+def finish_friction(state, mu):
+    """Forget what no longer touches, and take off what a contact that sticks holds by rounding
+    beyond ``mu lambda``."""
     for k in range(state.force.shape[0]):
         if state.force[k] <= 0.0:
             state.stuck[k], state.shear[k] = False, 0.0
+        most = mu * state.force[k]
+        state.shear[k] = min(max(state.shear[k], -most), most)

@@ -15,9 +15,16 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.path import surface_rows as rows
-from fastncm.path.surface_slip import anchor, choose_senses, regrip
+from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
+from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
 from fastncm.sqp import status
-from fastncm.sqp.surface import ROUNDING, SurfaceWork, make_surface_work, solve_surface
+from fastncm.sqp.surface import (
+    ROUNDING,
+    SurfaceWork,
+    make_surface_work,
+    mean_deflection,
+    solve_surface,
+)
 
 #: Longest move of the target (finger lengths, radians) from one solve to the next, and the shortest
 #: part of a move that is tried before a position is given up.
@@ -66,12 +73,14 @@ class Walk(NamedTuple):
     """One finger on its way.
 
     work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
-    kept: the last solved state. place: (3,) of the target there; move: (3,) from there to the goal.
+    kept: the last solved state, strides: those before. place: (3,) of the target there; move: (3,)
+    from there to the goal.
     """
 
     work: SurfaceWork
     straight: Nodal
     kept: Nodal
+    strides: Strides
     deepest: np.ndarray
     place: np.ndarray
     move: np.ndarray
@@ -79,10 +88,12 @@ class Walk(NamedTuple):
 
 def make_walk(problem: NodalProblem) -> Walk:
     """Room for a walk."""
+    nodes = len(problem.arc)
     return Walk(
         make_surface_work(problem),
         make_nodal(problem),
         make_nodal(problem),
+        make_strides(nodes, nodes + 1 + problem.points.shape[1]),
         np.ones(1, np.int64),
         np.zeros(3),
         np.zeros(3),
@@ -111,6 +122,7 @@ def _straighten(walk):
     for state in (walk.work.state, walk.kept):
         _copy_state(walk.straight, state)
     walk.work.size[0] = walk.straight.psi.shape[0] - 1
+    forget(walk.strides)
 
 
 @inner
@@ -157,8 +169,9 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     if mu == 0.0 or result != status.CONVERGED:
         return result, total
     for turn in range(_ROUNDS):
-        if regrip(state, walk.kept, motion, x, y, mu, turn) == 0:
-            anchor(state)
+        deflection = mean_deflection(problem, d, state, work.size[0])
+        if regrip(state, walk.kept, motion, x, y, mu, turn, deflection) == 0:
+            finish_friction(state, mu)
             return result, total
         result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
         total += count
@@ -179,10 +192,12 @@ def _approach(problem, d, walk, mu, tolerance, trace):
     total, left = 0, 1.0
     while True:
         share = min(share, left)
+        predict(walk.strides, walk.kept, move, share, work.state)
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
         if result == status.CONVERGED:
+            remember(walk.strides, walk.kept, move, share)
             _copy_state(work.state, walk.kept)
             left -= share
             for c in range(3):
@@ -192,6 +207,7 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             share *= 2.0
             continue
         _copy_state(walk.kept, work.state)
+        forget(walk.strides)
         share *= 0.25
         if share < _SHORTEST_SHARE:
             return result, total
@@ -212,6 +228,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
     if result != status.CONVERGED:
         return result, total
     _copy_state(work.state, walk.kept)
+    forget(walk.strides)
     result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     return result, total + count
 
@@ -272,22 +289,45 @@ def _store_shape(problem, d, i, state, trace):
         trace.contact[d, i, k, 4] = state.force[k] * qy
 
 
+@inner
+def _come_from_last(problem, d, goal, walk, tolerance, trace):
+    """Solve a position from the one before, at ``walk.place``. Returns ``(status, iterations)``."""
+    for c in range(3):
+        walk.move[c] = goal[c] - walk.place[c]
+    return _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+
+
+@inner
+def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
+    """Solve position `i` with the target coming from beside the finger: how it came here along the
+    path is not known. Returns ``(status, iterations)``."""
+    _straighten(walk)
+    side = 1.0 if problem.left else -1.0
+    if not _set_aside(problem, d, goal, side, walk):
+        return status.INFEASIBLE, 0
+    result, iterations = _approach(problem, d, walk, 0.0, tolerance, trace)
+    if result == status.CONVERGED and problem.mu[d] > 0.0:
+        result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
+        iterations += count
+    return result, iterations
+
+
 @kernel
 def trace_surfaces(problem, walk, tolerance, trace):
     """Solve all positions of all fingers.
 
-    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
-    converge is a row with a status; the next position is approached afresh.
+    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. A position that
+    cannot be reached from the last one, as where the finger snaps, is approached afresh; what does
+    not converge then is a row with a status.
     """
     work = walk.work
     intervals = problem.step.shape[0]
-    side = 1.0 if problem.left else -1.0
     for d in range(problem.positions.shape[0]):
         for k in range(walk.straight.seen.shape[0]):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         _straighten(walk)
-        touching, before = False, -1
+        known = False  # whether walk holds the solution of the position before
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
             row = trace.rows[d, i]
@@ -297,32 +337,22 @@ def trace_surfaces(problem, walk, tolerance, trace):
                 result = status.NO_CONTACT if free else status.INFEASIBLE
                 _free_row(problem, d, i, result, 0.0 if free else overlap, row)
                 _straighten(walk)
-                touching, before = False, i if free else -1
-                continue
-            mu = problem.mu[d]
-            if touching or before == i - 1 and i > 0:
                 for c in range(3):
-                    if not touching:
-                        walk.place[c] = problem.placement[d, before, c]
-                    walk.move[c] = goal[c] - walk.place[c]
-            else:
-                _straighten(walk)
-                mu = 0.0
-                if not _set_aside(problem, d, goal, side, walk):
-                    deepest = -walk.straight.gap[walk.deepest[0]]
-                    _free_row(problem, d, i, status.INFEASIBLE, deepest, row)
-                    continue
-            result, iterations = _approach(problem, d, walk, mu, tolerance, trace)
-            if result == status.CONVERGED and mu != problem.mu[d]:
-                # how the finger came here is not known: the target slides along its path
-                result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
+                    walk.place[c] = goal[c]
+                known = free
+                continue
+            result, iterations = status.MAX_ITERATIONS, 0
+            if known:
+                result, iterations = _come_from_last(problem, d, goal, walk, tolerance, trace)
+            if result != status.CONVERGED:
+                result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
                 iterations += count
-            touching = result == status.CONVERGED
-            if not touching:
-                _free_row(problem, d, i, result, 0.0, row)
+            known = result == status.CONVERGED
+            if not known:
+                overlap = -walk.straight.gap[walk.deepest[0]]
+                overlap = overlap if result == status.INFEASIBLE else 0.0
+                _free_row(problem, d, i, result, overlap, row)
                 row[rows.ITERATIONS] = iterations
-                _straighten(walk)
-                before = -1
                 continue
             row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
             row[rows.ITERATIONS] = iterations

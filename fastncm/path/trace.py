@@ -16,8 +16,14 @@ from fastncm.path.walk import forget, predict, remember
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
-#: divided.
+#: divided. One that fails is tried again with a quarter of it, down to the shortest; one that does
+#: not is followed by a longer one. Moves that are tried for one position, at most.
 LONGEST_MOVE = 0.05
+SHORTEST_MOVE = 1e-6
+_SHORTER, _LONGER = 0.25, 2.0
+_MOST_MOVES = 10_000
+#: Distance (finger lengths) up to which two places are one.
+_SAME_PLACE = 1e-9
 #: Newton steps in the lanes before a position is left over for the SQP.
 NEWTON_STEPS = 8
 #: Most events kept per design on the way in, and again on each way after the target turns back:
@@ -78,22 +84,22 @@ def begin_block(problem, first, lanes):
 
 
 @inlined
-def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
+def begin_position(problem, i, lanes, walk, going, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
     An overlap within rounding (a path that starts at first touch) is no contact yet.
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place
-    of first touch (for the first position: of a target that comes from beyond the tip), in moves of
-    at most `longest`. start: (LANES,), moves: (LANES,) int64, overwritten: from where, and in how
-    many moves (0: no contact). Returns the most moves.
+    of first touch (for the first position: of a target that comes from beyond the tip): ``walk.t``.
+    going: (LANES,) bool, overwritten: the lanes with contact. Returns whether there are any.
     """
-    most = 0
+    contact = False
     for lane in range(LANES):
         d = lanes.design[lane]
         lanes.active[lane] = False
         lanes.hold[lane] = -1
-        moves[lane] = 0
+        lanes.sticks[lane], lanes.side[lane] = False, 0.0
+        going[lane] = False
         if d < 0:
             continue
         t = problem.positions[d, i]
@@ -122,26 +128,68 @@ def begin_position(problem, i, longest, lanes, walk, start, moves, trace):
                     if trace.ends[d, END_MU] == 0.0:
                         trace.ends[d, END_MU] = limit
                     continue
-        start[lane] = walk.t[lane]
-        moves[lane] = max(1, int(np.ceil(abs(t - start[lane]) / longest)))
-        most = max(most, moves[lane])
-    return most
+        going[lane] = True
+        contact = True
+    return contact
 
 
 @inlined
-def set_target(problem, i, left, lanes, start, moves):
-    """Move the targets towards position `i`, with `left` moves to come after this one.
-
-    All lanes arrive with the last move, so that one with fewer moves begins later: it is not active
-    before.
-    """
+def aim(problem, i, longest, lanes, walk, going):
+    """Move the targets of the lanes that are `going` towards position `i`, in equal moves of at
+    most `longest` (LANES,). Returns whether any is."""
+    moving = False
     for lane in range(LANES):
-        lanes.active[lane] = moves[lane] > left
-        if lanes.active[lane]:
+        lanes.active[lane] = going[lane]
+        if going[lane]:
+            moving = True
             goal = problem.positions[lanes.design[lane], i]
-            lanes.t[lane] = goal
-            if left > 0:
-                lanes.t[lane] -= (goal - start[lane]) * left / moves[lane]
+            left = goal - walk.t[lane]
+            moves = np.ceil(abs(left) / longest[lane])
+            lanes.t[lane] = goal if moves <= 1.0 else walk.t[lane] + left / moves
+    return moving
+
+
+@inlined
+def _go_on(problem, i, longest, lanes, walk, going, room):
+    """Which lanes are still `going` after a move to position `i`, and how long the next move may
+    be."""
+    for lane in range(LANES):
+        if not lanes.active[lane]:
+            continue
+        if lanes.good[lane]:
+            going[lane] = lanes.t[lane] != problem.positions[lanes.design[lane], i]
+            room[lane] = min(_LONGER * room[lane], longest)
+        elif room[lane] > SHORTEST_MOVE:
+            left = abs(problem.positions[lanes.design[lane], i] - walk.t[lane])
+            room[lane] = _SHORTER * min(room[lane], left)
+            walk.lost[lane] = False
+        else:
+            going[lane] = False
+
+
+@inlined
+def is_genuine(problem, lanes, lane):
+    """False where jaw and block touch beyond the end of what is said to touch.
+
+    The gaps of the closed form are those between a point and a whole line. For two convex bodies
+    the one that is closed first lies within both; it need not for a jaw that turns far around.
+    """
+    d, feature = lanes.design[lane], lanes.gap[c.FEATURE, lane]
+    if problem.kind != c.BLOCK:
+        return True
+    x, y = lanes.gap[c.PX, lane], lanes.gap[c.PY, lane]
+    t, length = lanes.t[lane], problem.target[d, c.TARGET_LENGTH]
+    if feature == c.A_UNDERSIDE or feature == c.B_UNDERSIDE or feature == c.ARC_UNDERSIDE:
+        return x >= t - _SAME_PLACE and (length == 0.0 or x <= t + length + _SAME_PLACE)
+    if feature >= c.A_UNDERSIDE and feature < c.VOID:  # a face
+        return y >= problem.target[d, c.TARGET_Y] - _SAME_PLACE
+    if feature == c.FAR_RETURN:
+        cos, sin = np.cos(lanes.pose[2, lane]), np.sin(lanes.pose[2, lane])
+        x, y = x - lanes.pose[0, lane], y - lanes.pose[1, lane]
+        along = (cos * x + sin * y - problem.jaw[d, c.AX]) * problem.jaw[d, c.TRX]
+        along += (cos * y - sin * x - problem.jaw[d, c.AY]) * problem.jaw[d, c.TRY]
+        return along <= _SAME_PLACE
+    return True
 
 
 @inlined
@@ -193,16 +241,16 @@ def _snap_back(problem, lanes, walk, tolerance):
 
 
 @inner
-def trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, moves, trace):
+def trace_paths(problem, tolerance, longest, lanes, walk, measuring, going, touching, room, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, zeros on entry; start: (LANES,) and moves: (LANES,) int64, workspace.
+    `Trace`, zeros on entry; going, touching: (LANES,) bool and room: (LANES,), workspace.
 
-    A position that Newton's method does not solve is left with the status MAX_ITERATIONS: for the
-    SQP (`path.careful`) to try, or, with friction, for shorter moves. With friction nothing is
-    tried beyond it before contact is lost and begins again: it would be another branch of
-    equilibria than that from first touch.
+    A position that Newton's method does not reach in the shortest moves either is left with the
+    status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
+    beyond it before contact is lost and begins again: it would be another branch of equilibria than
+    that from first touch.
     """
     designs, positions = problem.positions.shape
     for first in range(0, designs, LANES):
@@ -210,9 +258,13 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, move
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            most = begin_position(problem, i, longest, lanes, walk, start, moves, trace)
-            for move in range(1, most + 1):
-                set_target(problem, i, most - move, lanes, start, moves)
+            contact = begin_position(problem, i, lanes, walk, going, trace)
+            for lane in range(LANES):
+                touching[lane] = going[lane]
+                room[lane] = longest
+            for _ in range(_MOST_MOVES):
+                if not aim(problem, i, room, lanes, walk, going):
+                    break
                 predict(lanes, walk)
                 if lanes.rubs[0]:
                     stick.assume(lanes, walk)
@@ -226,10 +278,12 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, start, move
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-                for lane in range(LANES):
-                    if lanes.active[lane] and walk.lost[lane]:
-                        moves[lane] = 0
-            if most > 0:
+                _go_on(problem, i, longest, lanes, walk, going, room)
+            for lane in range(LANES):
+                lanes.active[lane] = touching[lane]
+                if touching[lane] and lanes.good[lane]:
+                    lanes.good[lane] = not going[lane] and is_genuine(problem, lanes, lane)
+            if contact:
                 rows.measure(problem, lanes, measuring)
                 store(i, lanes, measuring.row, trace)
             for lane in range(LANES):

@@ -20,12 +20,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inlined
 from fastncm.kernels.nodal import friction_ratio, next_contact
 
 #: Rank-one terms of a touching point: its normal's turn, its arm's turn, the contact itself, and
 #: the grip of one that sticks.
 _NORMAL, _ARM, _CONTACT, _GRIP = range(4)
+#: A pivot that is this part of its summands is 0.
+_HELD = 1e-14
 
 
 class Wide(NamedTuple):
@@ -55,7 +57,9 @@ class Chain(NamedTuple):
     turn: (N + 1, 5): of theta in each interval, its step m, the row of its flexibility (3), 1 /
     pivot. terms: (K, 4, 5): of each touching point's terms likewise. dpsi, dgamma: (N + 1,) step;
     dx, dy: (N + 1,); force, shear: (K,) multipliers; gap: (K,) linearised gaps; touching, mark:
-    (K,) bool, the working set and its change; order: (K,), wide: workspace.
+    (K,) bool, the working set and its change. soft, shift: (K,) compliance of the spring that holds
+    a contact, and what is added to its gap, 0 but in `sqp.interior`; slack, push: (K,) gaps and
+    forces there; ends: (2, 2) of `sqp.subproblem`. order: (K,), wide: workspace.
     """
 
     turn: np.ndarray
@@ -69,6 +73,11 @@ class Chain(NamedTuple):
     gap: np.ndarray
     touching: np.ndarray
     mark: np.ndarray
+    soft: np.ndarray
+    shift: np.ndarray
+    slack: np.ndarray
+    push: np.ndarray
+    ends: np.ndarray
     order: np.ndarray
     wide: Wide
 
@@ -105,6 +114,11 @@ def make_chain(problem):
         np.zeros(k),
         np.zeros(k, np.bool_),
         np.zeros(k, np.bool_),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros((2, 2)),
         np.zeros(k, np.int64),
         _make_wide(n, k) if problem.printed_section else _make_wide(0, 0),
     )
@@ -175,10 +189,16 @@ def _term(s, m, a, b, k, out):
 
 
 @inlined
-def _hold(s, m, a, c, gap, out):
-    """Hold the contact with the gap's gradient `c` by a force along `a`. Returns as `_term`."""
+def _hold(s, m, a, c, gap, soft, out):
+    """Hold the contact with the gap's gradient `c` by a force along `a`, through a spring of the
+    compliance `soft`. Returns as `_term`.
+
+    What the contacts before hold already, as of two points at one place, needs no force.
+    """
     column, row, step = _columns(s, a), _rows(s, c), gap + _dot(c, m)
-    inverse = 1.0 / _dot(c, column)
+    pivot = _dot(c, column) + soft
+    spread = abs(c[0] * column[0]) + abs(c[1] * column[1]) + abs(c[2] * column[2])
+    inverse = 1.0 / pivot if abs(pivot) > _HELD * spread else 0.0
     _keep(out, step, row, inverse)
     s, m = _reduce(s, m, column, row, inverse, step)
     return s, m, -1 if inverse < 0.0 else 0
@@ -218,7 +238,7 @@ def contact_terms(state, k, j, mu):
 _TURN = (0.0, 0.0, 1.0)
 
 
-@inner
+@inlined
 def carry_flexibility(problem, d, state, chain, size, own):
     """The way from the clamp to node `size`.
 
@@ -271,12 +291,12 @@ def carry_flexibility(problem, d, state, chain, size, own):
                 s, m, o = _term(s, m, _TURN, w, force, chain.terms[p, _ARM])
                 excess += n + o if p < state.first.shape[0] + 1 else (n + o) % 2
             if chain.touching[p]:
-                gap = state.gap[p] if own == 1.0 else -1.0
-                s, m, n = _hold(s, m, a, c, gap, chain.terms[p, _CONTACT])
+                gap = state.gap[p] + chain.shift[p] if own == 1.0 else -1.0
+                s, m, n = _hold(s, m, a, c, gap, chain.soft[p], chain.terms[p, _CONTACT])
                 excess += n
                 if state.stuck[p]:
                     slide = state.slide[p] if own == 1.0 else 0.0
-                    s, m, n = _hold(s, m, b, b, slide, chain.terms[p, _GRIP])
+                    s, m, n = _hold(s, m, b, b, slide, 0.0, chain.terms[p, _GRIP])
                     excess += n
             p = next_contact(state, p, i)
     return excess
@@ -297,7 +317,7 @@ def list_contacts(state, chain, j):
     return count
 
 
-@inner
+@inlined
 def carry_back(problem, d, state, chain, size, own):
     """The way back from node `size`: contact forces, and the step of every angle."""
     mu = problem.mu[d]
@@ -335,7 +355,7 @@ def carry_back(problem, d, state, chain, size, own):
     moved_gaps(problem, state, chain, size)
 
 
-@inner
+@inlined
 def moved_gaps(problem, state, chain, size):
     """Sum up the intervals' steps in `dpsi`, and with them the step of every node and gap."""
     for p in range(state.gap.shape[0]):

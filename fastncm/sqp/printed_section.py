@@ -21,7 +21,8 @@ from fastncm.sqp.flexibility import (
 
 @inlined
 def _bend(wide, out, a, b, k, constant, hold):
-    """Add the term ``-k a (b . dz)``, or hold ``b . dz = -constant`` by a force along `a`.
+    """Add the term ``-k a (b . dz)``, or hold ``b . dz = -constant`` by a force along `a`, through
+    a spring of the compliance `k`.
 
     Returns the excess of negative pivots.
     """
@@ -37,7 +38,7 @@ def _bend(wide, out, a, b, k, constant, hold):
         shift += b[i] * step[i]
     for i in range(6):
         pivot += b[i] * column[i]
-    inverse = 1.0 / pivot if hold else 1.0 / (1.0 + k * pivot)
+    inverse = 1.0 / (pivot + k) if hold else 1.0 / (1.0 + k * pivot)
     weight = inverse if hold else k * inverse
     for i in range(6):
         step[i] -= weight * column[i] * shift
@@ -94,14 +95,14 @@ def _hold_node(problem, d, state, chain, j, interval, own):
             if chain.touching[p]:
                 _spread(a, before, along_x, along_y, wide.left)
                 _spread(c, before, along_x, along_y, wide.right)
-                gap = state.gap[p] if own == 1.0 else -1.0
+                gap = state.gap[p] + chain.shift[p] if own == 1.0 else -1.0
                 out = wide.terms[p, _CONTACT]
-                excess += _bend(wide, out, wide.left, wide.right, 1.0, gap, True)
+                excess += _bend(wide, out, wide.left, wide.right, chain.soft[p], gap, True)
                 if state.stuck[p]:
                     _spread(b, before, along_x, along_y, wide.left)
                     slide = state.slide[p] if own == 1.0 else 0.0
                     out = wide.terms[p, _GRIP]
-                    excess += _bend(wide, out, wide.left, wide.left, 1.0, slide, True)
+                    excess += _bend(wide, out, wide.left, wide.left, 0.0, slide, True)
         p = next_contact(state, p, j)
     return excess
 
@@ -150,7 +151,7 @@ def _turn_of_interval(out):
 
 @inner
 def solve_printed_chain(problem, d, state, chain, size, own):
-    """`sqp.flexibility.solve_chain` for the printed section; the last node's contacts need the
+    """`sqp.chain_step.solve_chain` for the printed section; the last node's contacts need the
     interval after it, if there is one."""
     wide, f = chain.wide, chain.wide.force
     intervals = problem.step.shape[0]

@@ -16,6 +16,9 @@ from fastncm.kernels.cache import driver, kernel
 from fastncm.sqp import design as model
 from fastncm.sqp import qp, status
 
+#: KKT residual that is accepted where rounding lets it fall no further.
+_STALLED = 1e-7
+
 
 class Options(NamedTuple):
     """Tolerances and limits of the loop.
@@ -335,10 +338,12 @@ def solve(design, t, u, count, work, options):
 
 @kernel
 def _stalled(work, residual, options):
-    """Status of a loop that came to no solution: infeasible where the finger still overlaps the
-    target."""
+    """Status of a loop that came to a standstill: at a solution as good as rounding allows, or at
+    none; infeasible where the finger still overlaps the target."""
     if not np.isfinite(residual):
         return status.NUMERICAL_ERROR
+    if residual <= _STALLED:
+        return status.CONVERGED
     smallest = 0.0
     for k in range(work.at.gaps.shape[1]):
         smallest = min(smallest, work.at.gaps[c.GAP, k])

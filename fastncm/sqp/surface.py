@@ -1,7 +1,7 @@
 """The SQP for a finger in direct contact (Lan & Lee 2008, eqs. (11)-(13)), O(N) an iteration.
 
 Each iteration solves a quadratic program with the Lagrangian's exact Hessian
-(`sqp.working_set`) for the step and the new multipliers, and walks along the step until an l1 merit
+(`sqp.subproblem`) for the step and the new multipliers, and walks along the step until an l1 merit
 function or the KKT residual falls. With friction there is no energy to fall: then the residual
 alone decides.
 """
@@ -20,7 +20,7 @@ from fastncm.kernels.nodal import (
 )
 from fastncm.sqp import status
 from fastncm.sqp.flexibility import Chain, make_chain
-from fastncm.sqp.working_set import UNSETTLED, solve_subproblem
+from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
 
 #: Error of a gap in finger lengths that is due to rounding.
 ROUNDING = 1e-15
@@ -28,6 +28,9 @@ ROUNDING = 1e-15
 _NEAR = 0.01
 #: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
 _ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
+#: A full step to more than this part of the residual is halved or doubled where that brings this
+#: part of it.
+_SLOW, _BETTER = 0.5, 0.5
 #: Step length at which the line search gives up.
 _SHORTEST = 1e-4
 
@@ -37,7 +40,8 @@ class SurfaceWork(NamedTuple):
     from.
 
     psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
-    part, beyond which the finger is straight; passes: (1,) passes along the finger so far.
+    part, beyond which the finger is straight; penalty: (1,) of penetration in the merit function;
+    passes: (1,) passes along the finger so far.
     """
 
     state: Nodal
@@ -47,6 +51,7 @@ class SurfaceWork(NamedTuple):
     force: np.ndarray
     shear: np.ndarray
     size: np.ndarray
+    penalty: np.ndarray
     passes: np.ndarray
 
 
@@ -62,6 +67,7 @@ def make_surface_work(problem):
         np.zeros(points),
         np.zeros(points),
         np.ones(1, np.int64),
+        np.zeros(1),
         np.zeros(1, np.int64),
     )
 
@@ -89,7 +95,7 @@ def strain_energy(problem, d, state, size):
     return energy
 
 
-@inner
+@inlined
 def energy_slope(problem, d, state, chain, size):
     """Derivative of V along the step in `chain`."""
     slope = 0.0
@@ -111,7 +117,8 @@ def evaluate(problem, d, x, y, angle, work):
 def kkt_residual(problem, d, state, size):
     """Largest relative violation of the KKT conditions of an evaluated state, from scratch.
 
-    Moment and shear angle of each interval against those of the contact forces beyond it, over the
+    Moment (beyond the rounding of the angles, which a tip much stiffer than the clamp magnifies)
+    and shear angle of each interval against those of the contact forces beyond it, over the
     largest; penetration, slide of what sticks and ``lambda g`` over the mean deflection at the
     contacts, ``2 V / sum lambda`` (gaps beyond their own rounding, which a grazing contact's
     deflection may be near); a negative multiplier over the largest. NaN where any is.
@@ -124,7 +131,8 @@ def kkt_residual(problem, d, state, size):
     for i in range(1, size + 1):
         bent = _moment(problem, d, state, i)
         moment = max(moment, abs(bent), abs(state.moment[i]))
-        slack = max(slack, abs(bent - state.moment[i]))
+        rounded = ROUNDING * problem.bending[d, i - 1] * (abs(state.psi[i]) + abs(state.psi[i - 1]))
+        slack = max(slack, abs(bent - state.moment[i]) - rounded)
         across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i] + state.couple[i]
         sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
@@ -144,6 +152,15 @@ def kkt_residual(problem, d, state, size):
     return residual if np.isfinite(energy + total) else np.nan
 
 
+@inner
+def mean_deflection(problem, d, state, size):
+    """``2 V / sum lambda``: how far the contacts have moved the finger, by and large."""
+    total = 0.0
+    for k in range(state.force.shape[0]):
+        total += abs(state.force[k])
+    return 2.0 * strain_energy(problem, d, state, size) / total if total > 0.0 else 0.0
+
+
 @inlined
 def _penetration(state):
     total = 0.0
@@ -152,7 +169,7 @@ def _penetration(state):
     return total
 
 
-@inner
+@inlined
 def _last_node(problem, state, size):
     """The last node that takes part in the next subproblem: no less than `size`; beyond it the
     finger is straight."""
@@ -168,7 +185,7 @@ def _last_node(problem, state, size):
     return last
 
 
-@inner
+@inlined
 def _advance(problem, d, x, y, angle, work, length):
     """The state at `length` of the step from the iterate, evaluated."""
     state, chain = work.state, work.chain
@@ -182,52 +199,120 @@ def _advance(problem, d, x, y, angle, work, length):
 
 
 @inner
+def _propose(problem, d, work, size, curved):
+    """The step and multipliers of the quadratic program about the iterate, left in ``work.chain``.
+
+    curved: with the Lagrangian's Hessian, which may have more than one minimum, or none; else with
+    that of the strain energy alone, where the forces keep their directions: always convex.
+    Returns whether there is one.
+    """
+    state, chain = work.state, work.chain
+    for k in range(state.gap.shape[0]):
+        chain.touching[k] = k > 0 and state.force[k] > 0.0
+        chain.force[k], chain.shear[k] = 0.0, 0.0
+        if not curved:
+            state.force[k] = 0.0
+    if not curved:
+        for i in range(1, size + 1):
+            state.fx[i], state.fy[i] = 0.0, 0.0
+    excess, passes = solve_subproblem(problem, d, state, chain, size)
+    work.passes[0] += passes
+    if not curved:
+        for k in range(state.gap.shape[0]):
+            state.force[k] = work.force[k]
+        carry_forces(problem, d, state, size)
+    return excess != UNSETTLED
+
+
+@inner
+def _rescale(problem, d, x, y, angle, work, fallen):
+    """Half or twice a full step that brings little, where that brings more.
+
+    So it is where the solution lies between, or all steps go the same way: the side's shape about a
+    target's point is held fixed in derivatives. fallen: the residual after the full step. Returns
+    that after the one taken.
+    """
+    for length in (0.5, 2.0):
+        _advance(problem, d, x, y, angle, work, length)
+        other = kkt_residual(problem, d, work.state, work.size[0])
+        if other < _BETTER * fallen:
+            return other
+    _advance(problem, d, x, y, angle, work, 1.0)
+    return fallen
+
+
+@inner
+def _search(problem, d, x, y, angle, work, residual):
+    """Walk along the step until the residual or the merit function falls.
+
+    Returns the residual there; NaN where neither does.
+    """
+    state, size, penalty = work.state, work.size[0], work.penalty[0]
+    merit, slope, length = np.nan, 0.0, 1.0
+    while length >= _SHORTEST:
+        _advance(problem, d, x, y, angle, work, length)
+        fallen = kkt_residual(problem, d, state, size)
+        if fallen <= (1.0 - _RESIDUAL_FALL * length) * residual:
+            if length == 1.0 and fallen > _SLOW * residual:
+                return _rescale(problem, d, x, y, angle, work, fallen)
+            return fallen
+        if problem.mu[d] == 0.0:
+            trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
+            if np.isnan(merit):  # seldom needed: worked out here
+                _advance(problem, d, x, y, angle, work, 0.0)
+                violation = penalty * _penetration(state)
+                merit = strain_energy(problem, d, state, size) + violation
+                slope = energy_slope(problem, d, state, work.chain, size) - violation
+                _advance(problem, d, x, y, angle, work, length)
+            if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
+                return fallen
+        length *= 0.5
+    return np.nan
+
+
+@inner
+def _improve(problem, d, x, y, angle, work, residual):
+    """One step from the iterate in ``work.state``. Returns the residual after it; NaN where there
+    is no step."""
+    state, chain, size = work.state, work.chain, work.size[0]
+    for i in range(1, size + 1):
+        work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
+    for k in range(state.force.shape[0]):
+        work.force[k], work.shear[k] = state.force[k], state.shear[k]
+    for curved in (True, False):
+        if not _propose(problem, d, work, size, curved):
+            continue
+        for k in range(state.force.shape[0]):
+            work.penalty[0] = max(work.penalty[0], 2.0 * chain.force[k])
+        fallen = _search(problem, d, x, y, angle, work, residual)
+        if not np.isnan(fallen):
+            return fallen
+        _advance(problem, d, x, y, angle, work, 0.0)
+    return np.nan
+
+
+@inner
 def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     """Solve finger `d` with the target at `x`, `y`, `angle`, from the state in `work`.
 
     tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
     """
-    state, chain = work.state, work.chain
+    state = work.state
     last = 1
     for k in range(1, state.force.shape[0]):
         if state.force[k] != 0.0:
             last = max(last, state.node[k])
-    work.size[0] = last
+    work.size[0], work.penalty[0] = last, 0.0
     evaluate(problem, d, x, y, angle, work)
-    penalty, residual = 0.0, np.inf
+    residual = kkt_residual(problem, d, state, last)
     for iteration in range(most + 1):
-        size = _last_node(problem, state, work.size[0])
-        work.size[0] = size
-        residual = kkt_residual(problem, d, state, size)
         if residual <= tolerance:
             return status.CONVERGED, iteration, residual
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
-        for k in range(state.gap.shape[0]):
-            chain.touching[k] = k > 0 and state.force[k] > 0.0
-            chain.force[k], chain.shear[k] = 0.0, 0.0
-        excess, passes = solve_subproblem(problem, d, state, chain, size)
-        work.passes[0] += passes
-        if excess == UNSETTLED:
+        work.size[0] = _last_node(problem, state, work.size[0])
+        fallen = _improve(problem, d, x, y, angle, work, residual)
+        if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual
-        for i in range(1, size + 1):
-            work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
-        for k in range(state.force.shape[0]):
-            work.force[k], work.shear[k] = state.force[k], state.shear[k]
-            penalty = max(penalty, 2.0 * chain.force[k])
-        violation = _penetration(state)
-        merit = strain_energy(problem, d, state, size) + penalty * violation
-        slope = energy_slope(problem, d, state, chain, size) - penalty * violation
-        length = 1.0
-        while True:
-            _advance(problem, d, x, y, angle, work, length)
-            if kkt_residual(problem, d, state, size) <= (1.0 - _RESIDUAL_FALL * length) * residual:
-                break
-            if problem.mu[d] == 0.0:
-                trial = strain_energy(problem, d, state, size) + penalty * _penetration(state)
-                if trial <= merit + _ARMIJO * length * min(slope, 0.0) + 1e-14 * merit:
-                    break
-            length *= 0.5
-            if length < _SHORTEST:
-                return status.MAX_ITERATIONS, iteration, residual
+        residual = fallen
     return status.MAX_ITERATIONS, most, residual

@@ -1,53 +1,51 @@
-"""The quadratic program of a finger in direct contact: many contacts enter and leave at once.
+"""How the working set of a finger in direct contact changes: many contacts enter and leave at once.
 
-Primal-dual active set: solve with the working set held, let go of the contacts that pull, take in
-the points that penetrate, until none does. Each trial is one pass along the finger of O(N). What
-changes at once is bounded by what a string would do: where a finger is held down beyond the true
-end of its contact it pulls there, and where it is held too short it presses, by the force per node
-next to the end times the number of nodes too many or too few. So the ends of a contact come out
-after a few passes however many nodes they move over. Where that does not settle, nodes change one
-by one, the last first, which ends for any P-matrix (K. G. Murty, 1974; Judice & Pires, 1994).
+With the working set held, some contacts pull and some points penetrate. Points side by side that
+touch or penetrate are a zone, and a zone is changed by what its contacts say together:
+
+* A long run of contacts is a pressure that shear lets end anywhere. Where it is held down beyond
+  its true end it pulls there, and where it is held too short it presses, by the force per node next
+  to the end times the number of nodes too many or too few, as a string would. So its ends come out
+  after a few passes however many nodes they move over.
+* Without shear a finger touches in points, and a force between two nodes is shared by both; where
+  they are farther apart, or three, the outer ones pull. Their resultant acts where the point is.
+* A single contact with penetration on one side only is moved to where the gaps have no slope: a
+  scalar equation, solved by false position (the Illinois rule) between nodes that are known to be
+  on either side.
 """
 
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
-from fastncm.sqp.flexibility import carry_back, carry_flexibility
-from fastncm.sqp.printed_section import solve_printed_chain
 
-#: Passes that may change many nodes, and passes altogether, before the quadratic program gives up.
-_AT_ONCE = 30
-_PASSES = 200
-#: Contacts of a run beyond its end that must stand for a force per node.
+#: Contacts side by side that stand for a force per node.
 _RUN = 4
-#: What rounding leaves of a gap, and of a force relative to the largest.
-_ROUNDING = 1e-15
-#: `solve_subproblem` found no working set.
-UNSETTLED = -99
-
-
-@inner
-def solve_chain(problem, d, state, chain, size, own):
-    """Step and multipliers with the working set ``chain.touching`` held; own: 1 for a Newton step,
-    0 for the answer to a target that comes nearer by 1 at all contacts.
-
-    Returns the excess of negative pivots.
-    """
-    if problem.printed_section:
-        return solve_printed_chain(problem, d, state, chain, size, own)
-    excess = carry_flexibility(problem, d, state, chain, size, own)
-    carry_back(problem, d, state, chain, size, own)
-    return excess
+#: Contacts that may stand for a single one.
+_FEW = 3
+#: No contact.
+NONE = -1
 
 
 @inlined
-def _pulls(chain, k, largest):
-    return chain.touching[k] and chain.force[k] < -_ROUNDING * largest
+def pulls(chain, k, slack):
+    """Whether contact `k` pulls by more than `slack` (a force)."""
+    return chain.touching[k] and chain.force[k] < -slack
 
 
 @inlined
-def _penetrates(chain, k):
-    return not chain.touching[k] and chain.gap[k] < -_ROUNDING
+def penetrates(chain, k, depth):
+    """Whether point `k`, which is not held, penetrates by more than `depth`."""
+    return not chain.touching[k] and chain.gap[k] < -depth
+
+
+@inlined
+def count_wrong(chain, begin, end, slack, depth):
+    """How many of the points [begin, end) pull or penetrate."""
+    wrong = 0
+    for k in range(begin, end):
+        if pulls(chain, k, slack) or penetrates(chain, k, depth):
+            wrong += 1
+    return wrong
 
 
 @inlined
@@ -72,103 +70,127 @@ def _is_run(chain, end, inward, first, beyond):
     return True
 
 
-@inlined
-def _shorten(chain, end, inward, first, beyond):
-    """Let go of a run's contacts from its `end` on that a string would not hold; run: [first,
-    beyond)."""
-    for i in range(_overhang(chain, end, inward)):
-        if first <= end + i * inward < beyond:
-            chain.mark[end + i * inward] = False
-
-
-@inlined
-def _lengthen(chain, end, outward, first, beyond):
-    """Take in the points of the zone [first, beyond) that a string would touch next to a run's
-    `end`."""
-    missing = -_overhang(chain, end, -outward)
-    for i in range(1, missing + 1):
-        if first <= end + i * outward < beyond:
-            chain.mark[end + i * outward] = True
-    return missing > 0
+@inner
+def _change_run(chain, first, beyond, slack):
+    """Let go of what pulls in the run of contacts [first, beyond), and of its ends that a string
+    would not hold."""
+    mark, last = chain.mark, beyond - 1
+    for k in range(first, beyond):
+        if pulls(chain, k, slack):
+            mark[k] = False
+    if beyond - first < _RUN:
+        return
+    if pulls(chain, first, slack):
+        for k in range(first, min(first + _overhang(chain, first, 1), beyond)):
+            mark[k] = False
+    if pulls(chain, last, slack):
+        for k in range(last, max(last - _overhang(chain, last, -1), first - 1), -1):
+            mark[k] = False
 
 
 @inner
-def change_working_set(chain, begin, end, largest):
-    """One change of the working set among the points [begin, end), which stand side by side:
-    contacts that pull leave, points that penetrate enter.
+def _fill(chain, first, beyond, begin, end, slack):
+    """Take in some of the penetrating points [first, beyond) of the zone [begin, end): what a
+    string would touch next to a run; else the deepest, unless a contact beside it pulls."""
+    mark, gap = chain.mark, chain.gap
+    grown = False
+    if _is_run(chain, first - 1, -1, begin, end):
+        missing = -_overhang(chain, first - 1, -1)
+        for k in range(first, min(first + missing, beyond)):
+            mark[k] = True
+        grown = missing > 0
+    if _is_run(chain, beyond, 1, begin, end):
+        missing = -_overhang(chain, beyond, 1)
+        for k in range(beyond - 1, max(beyond - 1 - missing, first - 1), -1):
+            mark[k] = True
+        grown = grown or missing > 0
+    beside = first > begin and pulls(chain, first - 1, slack)
+    beside = beside or (beyond < end and pulls(chain, beyond, slack))
+    if grown or beside:
+        return
+    deepest = first
+    for k in range(first, beyond):
+        if gap[k] < gap[deepest]:
+            deepest = k
+    mark[deepest] = True
 
-    Returns how many of either there are; the set stays as it is where there are none.
+
+@inner
+def _gather(chain, begin, end, slack):
+    """Replace the two or three contacts of the zone [begin, end), some of which pull, by the nodes
+    around their resultant. Returns False where that is not what they are."""
+    mark, force = chain.mark, chain.force
+    first, last, count, pulling = NONE, NONE, 0, False
+    total, moment = 0.0, 0.0
+    for k in range(begin, end):
+        if chain.touching[k]:
+            first, last, count = k if first == NONE else first, k, count + 1
+            pulling = pulling or pulls(chain, k, slack)
+            total += force[k]
+            moment += force[k] * (k - first)
+    if not pulling or not 2 <= count <= _FEW or total <= 0.0:
+        return False
+    for k in range(first, last + 1):
+        mark[k] = False
+    place = first + moment / total
+    if first <= place < last:
+        mark[int(place)], mark[int(place) + 1] = True, True
+    else:
+        mark[int(min(max(place + 0.5, begin), end - 1.0))] = True
+    return True
+
+
+@inner
+def change_working_set(chain, begin, end, slack, depth):
+    """One change of the working set among the points [begin, end), which stand side by side.
+
+    slack, depth: force and penetration that are rounding.
     """
-    touching, mark, gap = chain.touching, chain.mark, chain.gap
-    wrong = 0
+    touching, mark = chain.touching, chain.mark
     for k in range(begin, end):
         mark[k] = touching[k]
     k = begin
     while k < end:
-        first = k
-        if touching[k]:
-            while k < end and touching[k]:
-                if _pulls(chain, k, largest):
-                    wrong += 1
-                    mark[k] = False
-                k += 1
-            if _pulls(chain, first, largest) and k - first >= _RUN:
-                _shorten(chain, first, 1, first, k)
-            if _pulls(chain, k - 1, largest) and k - first >= _RUN:
-                _shorten(chain, k - 1, -1, first, k)
-        elif _penetrates(chain, k):
-            worst = k
-            while k < end and _penetrates(chain, k):
-                wrong += 1
-                if gap[k] < gap[worst]:
-                    worst = k
-                k += 1
-            grown = False
-            if _is_run(chain, first - 1, -1, begin, end):
-                grown = _lengthen(chain, first - 1, 1, first, k)
-            if _is_run(chain, k, 1, begin, end):
-                grown = _lengthen(chain, k, -1, first, k) or grown
-            if not grown:
-                mark[worst] = True
-        else:
+        zone = k
+        while k < end and (touching[k] or penetrates(chain, k, depth)):
             k += 1
-    if wrong > 0:
-        for k in range(begin, end):
-            touching[k] = mark[k]
-    return wrong
+        if k == zone:
+            k += 1
+        elif not _gather(chain, zone, k, slack):
+            first = zone
+            while first < k:
+                beyond = first
+                while beyond < k and touching[beyond] == touching[first]:
+                    beyond += 1
+                if touching[first]:
+                    _change_run(chain, first, beyond, slack)
+                else:
+                    _fill(chain, first, beyond, zone, k, slack)
+                first = beyond
+    for k in range(begin, end):
+        touching[k] = mark[k]
 
 
 @inner
-def _change_one(chain, largest):
-    """Change the last point of those that are wrong. Returns whether there was one."""
-    for k in range(chain.force.shape[0] - 1, 0, -1):
-        if _pulls(chain, k, largest) or _penetrates(chain, k):
-            chain.touching[k] = not chain.touching[k]
-            return True
-    return False
+def lone_contact(chain, begin, end, points, depth):
+    """The only contact where it is one of the nodes [begin, end) and all penetration lies on one
+    side of it and next to it; of all points [begin, points).
 
-
-@inner
-def solve_subproblem(problem, d, state, chain, size):
-    """Step and multipliers of the quadratic program about the evaluated state, left in `chain`.
-
-    ``chain.touching`` is the working set to begin with, and the active set on return; the nodes up
-    to `size` take part. Returns ``(excess of negative pivots or UNSETTLED, passes)``.
+    Returns ``(its index or NONE, +1 or -1, the side of the penetration)``.
     """
-    nodes, points = problem.arc.shape[0], chain.force.shape[0]
-    for passes in range(1, _PASSES + 1):
-        excess = solve_chain(problem, d, state, chain, size, 1.0)
-        largest, total = 0.0, 0.0
-        for k in range(points):
-            largest = max(largest, abs(chain.force[k]))
-            total += chain.force[k]
-        if not np.isfinite(total):
-            return UNSETTLED, passes
-        if passes <= _AT_ONCE:
-            wrong = change_working_set(chain, 1, nodes + 1, largest)
-            settled = wrong + change_working_set(chain, nodes + 1, points, largest) == 0
-        else:
-            settled = not _change_one(chain, largest)
-        if settled:
-            return excess, passes
-    return UNSETTLED, _PASSES
+    lone, before, after = NONE, False, False
+    for k in range(begin, points):
+        if chain.touching[k]:
+            if lone != NONE or k >= end:
+                return NONE, 0
+            lone = k
+        elif penetrates(chain, k, depth):
+            if k >= end:
+                return NONE, 0
+            before, after = before or lone == NONE, after or lone != NONE
+    if lone == NONE or before == after:
+        return NONE, 0
+    side = 1 if after else -1
+    if not begin <= lone + side < end or not penetrates(chain, lone + side, depth):
+        return NONE, 0
+    return lone, side

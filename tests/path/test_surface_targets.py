@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
-from surfaces import RUBBER, Solved, solved_surface
+from surfaces import RUBBER, Solved, lowered_surface, solved_surface
 
 pytestmark = pytest.mark.compiled
 ANGLES = np.radians([120.0, 102.0, 84.0])
@@ -43,13 +43,33 @@ def test_a_many_sided_polygon_becomes_the_ellipse(contact: str) -> None:
     fine = {"solver.intervals": 360, "solver.contact": contact}
     truth = solved_surface({"solver.intervals": 1440}, ANGLES)
     errors = []
-    for sides in (30, 120, 480):
+    for sides in (30, 120, 480, 1920):
         t = 2.0 * np.pi * np.arange(sides) / sides
         vertices = np.column_stack([a * np.cos(t), b * np.sin(t)]).tolist()
         target = {"target.shape": "polygon", "target.vertices": vertices}
         errors.append(relative_error(solved_surface(fine | target, ANGLES), truth))
     assert errors[2] < 2e-3
     assert errors[2] < 0.05 * errors[0]
+    assert errors[3] < errors[2]
+
+
+def test_which_corners_are_contact_points() -> None:
+    """Those that the finger's nodes would not see: of few sides all, of a fine outline none, of a
+    fillet that is shorter than an interval all."""
+
+    def corners(vertices: np.ndarray) -> int:
+        target = {"target.shape": "polygon", "target.vertices": vertices.tolist()}
+        return lowered_surface(target).problem.points.shape[1]
+
+    def outline(sides: int) -> np.ndarray:
+        t = 2.0 * np.pi * np.arange(sides) / sides
+        return 0.07 * np.column_stack([np.cos(t), np.sin(t)])
+
+    assert [corners(outline(sides)) for sides in (4, 60, 2000)] == [4, 60, 0]
+    quarter = np.linspace(0.0, 0.5 * np.pi, 6)
+    t = np.concatenate([quarter + 0.5 * np.pi * k for k in range(4)])
+    middles = np.repeat([[0.05, 0.05], [-0.05, 0.05], [-0.05, -0.05], [0.05, -0.05]], 6, axis=0)
+    assert corners(middles + 0.0005 * np.column_stack([np.cos(t), np.sin(t)])) == 24
 
 
 def test_a_circle_is_an_ellipse_with_equal_axes() -> None:

@@ -14,8 +14,8 @@ from fastncm.kernels.nodal import (
     place_axis,
     place_surface,
 )
+from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.flexibility import Chain, make_chain
-from fastncm.sqp.working_set import solve_chain
 
 pytestmark = interpreted
 N = 9

@@ -1,0 +1,220 @@
+"""Stiff and extreme cases: is the answer ever wrong in silence, and where is there none?
+
+100,000 random fingers with jaws and 10,000 in direct contact, over ranges far beyond use
+(`tests/extremes.py` draws them; kind and index reproduce each), and grids over single ranges. The
+truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`): it finds the exact
+equilibrium next to it, and none where there is none. For direct contact it is the same scene with
+eight times as many intervals. A row is *wrong in silence* if it says "converged" and its true error
+exceeds ten times its estimate (and what rounding does to any answer). Rows without an answer are
+solved again in other ways to see whether there is one.
+"""
+
+import time
+
+import extremes
+import numpy as np
+import pandas as pd
+from support import atlas_grids, atlas_pictures, atlas_runs, markdown_table, read_table, write_table
+
+JAW_BLOCKS = 17
+"""Blocks of 1,000 scenes of each of the six kinds of jaws."""
+SIDE_SCENES = 2_500
+"""Scenes of each of the four kinds of direct contact."""
+SHOT_BLOCKS = 17
+"""Blocks whose answers are compared with shooting."""
+FINER_SCENES = 150
+"""Scenes of each kind of direct contact that are compared with finer ones."""
+RETRIED = 150
+"""Failed rows with friction of each kind that are tried again in other ways; without: all."""
+WRONG = 10.0
+"""Times the estimate."""
+JAW_RETRIES = (
+    {"path.steps": 400},
+    {"path.steps": 100, "solver.order": 16},
+    {"path.steps": 2000, "solver.order": 10},
+)
+
+
+def main() -> None:
+    begin = time.perf_counter()
+    jaws = pd.concat([run_jaws(kind) for kind in extremes.JAW_KINDS], ignore_index=True)
+    write_table("atlas_jaws", jaws, seed=extremes.SEED, seconds=time.perf_counter() - begin)
+    begin = time.perf_counter()
+    sides = pd.concat([run_sides(kind) for kind in extremes.SIDE_KINDS], ignore_index=True)
+    write_table("atlas_sides", sides, seed=extremes.SEED, seconds=time.perf_counter() - begin)
+    write_table("atlas_failed", retry(jaws), seed=extremes.SEED, retries=len(JAW_RETRIES))
+    write_table("atlas_grid", atlas_grids.grid())
+    write_table("atlas_condition", atlas_grids.conditions(), seed=extremes.SEED)
+    draw()
+
+
+def draw() -> None:
+    """The pictures, from the tables."""
+    jaws, _ = read_table("atlas_jaws")
+    sides, _ = read_table("atlas_sides")
+    grid, _ = read_table("atlas_grid")
+    atlas_pictures.draw_jaws(jaws)
+    atlas_pictures.draw_sides(sides)
+    atlas_pictures.draw_grid(grid)
+
+
+def run_jaws(kind: str) -> pd.DataFrame:
+    """The deepest rows of all scenes of a kind, with true errors where they were shot."""
+    found = []
+    for block in range(JAW_BLOCKS):
+        last = atlas_runs.last_rows(atlas_runs.run_block(kind, block))
+        if block < SHOT_BLOCKS:
+            shot = atlas_runs.shoot(kind, block, last)
+            columns = ["index", "true_force", "error", "rounding", "found"]
+            last = last.merge(shot[columns], on="index", how="left")
+        found.append(last)
+        print(kind, block, last["status"].value_counts().to_dict(), flush=True)
+    return pd.concat(found, ignore_index=True)
+
+
+def run_sides(kind: str) -> pd.DataFrame:
+    """The same for direct contact, true errors by finer intervals."""
+    found = []
+    for first in range(0, SIDE_SCENES, extremes.BLOCK):
+        count = min(extremes.BLOCK, SIDE_SCENES - first)
+        table = atlas_runs.run_block(kind, first // extremes.BLOCK, count)
+        found.append(atlas_runs.last_rows(table))
+    last = pd.concat(found, ignore_index=True)
+    print(kind, last["status"].value_counts().to_dict(), flush=True)
+    return last.merge(atlas_runs.refine(last.head(FINER_SCENES)), on="index", how="left")
+
+
+def retry(jaws: pd.DataFrame) -> pd.DataFrame:
+    """The failed rows of fingers with jaws, and whether another way of solving them finds an
+    answer."""
+    failed = jaws[~jaws["status"].isin(atlas_runs.SOLVED)]
+    rubs = failed["friction.mu"] > 0.0
+    some = failed[rubs].groupby("kind").head(RETRIED)
+    chosen = pd.concat([failed[~rubs], some]).sort_values(["kind", "index"])
+    solved_by = []
+    for kind, index in zip(chosen["kind"], chosen["index"], strict=True):
+        solved_by.append(atlas_runs.retry(kind, int(index), JAW_RETRIES))
+    return chosen.assign(solved_by=solved_by)
+
+
+def wrong_in_silence(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of a table with true errors that break the rule."""
+    claimed = (table["status"] == "converged") & table["found"].eq(True)
+    return table[claimed & (table["error"] > WRONG * table["error_estimate"] + table["rounding"])]
+
+
+def unanswered(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows that say "converged" but next to which there is no equilibrium, beyond what an estimate
+    above 1/10 admits."""
+    lost = (table["status"] == "converged") & table["found"].eq(False)
+    return table[lost & (table["error_estimate"] < 0.1)]
+
+
+def headlines() -> list[str]:
+    jaws, _ = read_table("atlas_jaws")
+    sides, _ = read_table("atlas_sides")
+    failed, _ = read_table("atlas_failed")
+    wrong, lost = len(wrong_in_silence(jaws)), len(unanswered(jaws))
+    shot = int(jaws["found"].notna().sum())
+    smooth = failed[failed["friction.mu"] == 0.0]
+    exists = int((smooth["solved_by"] != "").sum())
+    refined = int(sides["found"].eq(True).sum())
+    return [
+        f"Of {len(jaws):,} random fingers with jaws, far beyond use, {shot:,} were compared with "
+        f"shooting: {wrong + lost} are wrong in silence. "
+        f"{exists} without friction have no answer though there is one.",
+        f"Of {len(sides):,} random fingers in direct contact {refined:,} were compared with eight "
+        f"times as many intervals: {len(wrong_in_silence(sides))} are wrong in silence.",
+    ]
+
+
+def section() -> str:
+    jaws, about = read_table("atlas_jaws")
+    sides, about_sides = read_table("atlas_sides")
+    failed, _ = read_table("atlas_failed")
+    grid, _ = read_table("atlas_grid")
+    condition, _ = read_table("atlas_condition")
+    machine = about["machine"]
+    assert isinstance(machine, dict)
+    return "\n\n".join(
+        [
+            "## Stiff and extreme cases",
+            "Random scenes over E from 1e-3 to 1e15 Pa, L from 1e-6 to 1e3 m, w/L from 1e-5 to "
+            "0.5, tapers from 1000:1 to 1:1000, orders 2 to 32 and automatic, one jump from "
+            "undeformed to the deepest position or twelve positions, grazing contact, corners met "
+            "head-on, friction up to and above what locks, huge gaps; direct contact with N from 4 "
+            f"to 10,000. Seed {about['seed']}; `tests/extremes.py` makes a scene from its kind and "
+            f"index. Machine: {machine['cpu']}, revision {machine['revision']}, "
+            f"{about['seconds']:.0f} s for jaws with shooting, {about_sides['seconds']:.0f} s for "
+            "direct contact (wall clock).",
+            _counts(jaws, "kind"),
+            "Wrong in silence: converged, and the true error above ten times the estimate. "
+            "*No equilibrium there*: shooting does not close from the claimed answer, though the "
+            "estimate is below 0.1. Residual: largest KKT residual of a converged row.",
+            _failures(failed),
+            "![Random jaws](results/atlas_jaws.png)",
+            _counts(sides, "kind"),
+            "The truth here is the same scene with eight times as many intervals.",
+            "![Random direct contact](results/atlas_sides.png)",
+            _grid(grid),
+            "![Grids](results/atlas_grid.png)",
+            _conditions(condition),
+        ]
+    )
+
+
+def _counts(table: pd.DataFrame, by: str) -> str:
+    head = ["", "scenes", "converged", "no contact", "failed, μ = 0", "failed, μ > 0", "compared",
+            "wrong in silence", "no equilibrium there", "residual", "iterations"]  # fmt: skip
+    rows = []
+    for name, part in table.groupby(by, sort=False):
+        failed = ~part["status"].isin(atlas_runs.SOLVED)
+        rubs = part["friction.mu"] > 0.0
+        solved = part[part["status"] == "converged"]
+        counts = [
+            len(part), len(solved), (part["status"] == "no_contact").sum(), (failed & ~rubs).sum(),
+            (failed & rubs).sum(), part["found"].notna().sum(), len(wrong_in_silence(part)),
+            len(unanswered(part)),
+        ]  # fmt: skip
+        steps = solved["iterations"]
+        rows.append([str(name), *(f"{count:,}" for count in counts),
+                     f"{solved['kkt_residual'].max():.0e}",
+                     f"{steps.median():.0f}, at most {steps.max()}"])  # fmt: skip
+    return markdown_table(head, rows)
+
+
+def _failures(failed: pd.DataFrame) -> str:
+    """The failed rows by status, with and without friction, and how many have an answer."""
+    head = ["failed jaws", "friction", "tried again", "solved another way", "scenes (kind index)"]
+    rows = []
+    rubs = np.where(failed["friction.mu"] > 0.0, "μ > 0", "μ = 0")
+    for (word, friction), part in failed.groupby([failed["status"], rubs]):
+        solved = part[part["solved_by"] != ""]
+        listed = (solved["kind"] + " " + solved["index"].astype(str)).tolist()
+        rows.append([word, friction, f"{len(part):,}", f"{len(solved):,}",
+                     ", ".join(listed[:12]) + (" ..." if len(listed) > 12 else "")])  # fmt: skip
+    return markdown_table(head, rows)
+
+
+def _grid(grid: pd.DataFrame) -> str:
+    head = ["grid", "rows", "failed", "largest error over estimate", "largest error"]
+    rows = []
+    for name, part in grid.groupby("grid", sort=False):
+        solved = part[part["status"] == "converged"]
+        ratio = (solved["error"] - solved["rounding"]).clip(lower=0.0) / solved["error_estimate"]
+        rows.append([str(name), str(len(part)), str(len(part) - len(solved)), f"{ratio.max():.2g}",
+                     f"{solved['error'].max():.1e}"])  # fmt: skip
+    return markdown_table(head, rows)
+
+
+def _conditions(table: pd.DataFrame) -> str:
+    low, middle, high = table["condition"].quantile([0.0, 0.5, 1.0])
+    return (
+        f"Condition number of the KKT matrix (modes and contact, {len(table)} random scenes): "
+        f"{low:.1f} to {high:.1e}, median {middle:.1f}, whatever E, L, w/L and taper: the modes "
+        "are orthonormal in the energy."
+    )
+
+
+if __name__ == "__main__":
+    main()

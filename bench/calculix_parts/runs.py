@@ -1,0 +1,91 @@
+"""Running CalculiX in a temporary folder and reading its forces back."""
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .deck import Increments, deck
+from .model import SLICE, Model
+
+PROGRAM = "ccx"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What CalculiX has found for a path."""
+
+    forces: np.ndarray
+    """(positions, 2) N on the finger; NaN where it did not get to."""
+    seconds: float
+    """CPU time of the program, on one thread."""
+    wall: float
+    """Time by the clock, s."""
+    increments: int
+    iterations: int
+    message: str
+    """Its last words where it has given up, else empty."""
+
+
+def available() -> bool:
+    """Is there a CalculiX on the PATH?"""
+    return shutil.which(PROGRAM) is not None
+
+
+def version() -> str:
+    """Of CalculiX."""
+    said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
+    return said.strip().rpartition(" ")[2]
+
+
+def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
+    """Solve the model's path, in at most `limit` seconds by the clock."""
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "job.inp").write_text(deck(model, mu, increments))
+        before, begin, message = os.times(), time.perf_counter(), ""
+        with (folder / "log").open("w") as log:
+            try:
+                subprocess.run(
+                    [PROGRAM, "job"],
+                    cwd=folder,
+                    env=environment,
+                    stdout=log,
+                    stderr=log,
+                    timeout=limit,
+                    check=False,
+                )
+            except subprocess.TimeoutExpired:
+                message = f"not done after {limit:g} s"
+        wall, after = time.perf_counter() - begin, os.times()
+        said = (folder / "log").read_text(errors="replace")
+        found = totals(folder / "job.dat")
+    forces = np.full((len(model.times), 2), np.nan)
+    forces[: len(found)] = -found * model.width / SLICE
+    return Run(
+        forces=forces,
+        seconds=after.children_user + after.children_system
+        - before.children_user - before.children_system,
+        wall=wall,
+        increments=len(re.findall(r"^ increment \d+ attempt 1 *$", said, re.MULTILINE)),
+        iterations=len(re.findall(r"^ iteration \d+ *$", said, re.MULTILINE)),
+        message=message or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
+    )  # fmt: skip
+
+
+def totals(file: Path) -> np.ndarray:
+    """Total reaction at the clamp at the model's times (times, 2), N, from CalculiX's .dat file."""
+    lines = file.read_text().splitlines() if file.exists() else []
+    rows = [
+        [float(cell) for cell in lines[number + 2].split()[:2]]
+        for number, line in enumerate(lines[:-2])
+        if line.strip().startswith("total force")
+    ]
+    return np.array(rows).reshape(-1, 2)

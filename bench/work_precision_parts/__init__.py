@@ -1,0 +1,1 @@
+"""What `bench/work_precision.py` is made of: problems, solvers' runs, pictures."""

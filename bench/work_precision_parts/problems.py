@@ -1,0 +1,102 @@
+"""The problems of the study: scene, friction, positions, true forces, the model's own error."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from support import DATA, shooting
+
+import fastncm
+from fastncm.scene import Scene
+
+JAW_CASES = {"snapfit-circle": shooting.SNAPFIT_CIRCLE, "snapfit-corner": shooting.SNAPFIT_CORNER}
+JAW_POSITIONS = 30
+JAW_FIRST = 0.05
+"""Of the path, behind the first touch, where the force and so its relative error are 0/0."""
+SURFACE_POSITIONS = 25
+FINEST = 10_000
+"""Intervals of the reference in direct contact; no exact solution of it is known to us."""
+HALF_FINEST = 5_000
+SMALL_ELLIPSE = {
+    "finger.length": 0.127,
+    "finger.offset": 0.0635,
+    "target.semi_axes": [0.04953, 0.033655],
+    "path.start": np.radians(84.0),
+    "path.stop": np.radians(102.0),
+    "path.steps": 37,
+    "solver.intervals": 720,
+}
+"""The scene of data/fem_ellipse.csv, on whose path the angles of that file lie."""
+FORCES = ["force_x_N", "force_y_N"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A scene with friction. The truth is of shape (P, 2), in N, at the positions (P,)."""
+
+    scene: Scene
+    mu: float
+    positions: np.ndarray
+    truth: np.ndarray
+    truth_error: float  # relative, estimated
+    model_error: float  # against finite elements; NaN: none known
+    case: shooting.ShootingCase | None = None  # of a jaw
+
+    @property
+    def name(self) -> str:
+        """The scene's."""
+        return self.scene.name
+
+
+def jaw_truth(case: shooting.ShootingCase, positions: np.ndarray) -> np.ndarray:
+    """Forces (P, 2) in N by shooting."""
+    found = [shooting.solve(case, position) for position in positions]
+    return np.array([[one.force_x, one.force_y] for one in found])
+
+
+def jaw_problem(name: str, mu: float, count: int = JAW_POSITIONS) -> Problem:
+    """A snap-fit, at `count` positions."""
+    case = replace(JAW_CASES[name], mu=mu)
+    scene = fastncm.load_scene(name)
+    touch, stop = shooting.touch_position(case), scene.path.stop
+    start = touch + JAW_FIRST * (stop - touch)
+    scene = scene.replace({"friction.mu": mu, "path.start": start, "path.steps": count})
+    positions = np.linspace(start, stop, count)
+    truth = jaw_truth(case, positions)
+    error = shooting.CLOSED
+    return Problem(scene, mu, positions, truth, error, jaw_model_error(name, mu), case)
+
+
+def jaw_model_error(name: str, mu: float) -> float:
+    """The largest error of the converged beam's force against data/fem_snapfit.csv."""
+    fem = pd.read_csv(DATA / "fem_snapfit.csv")
+    fem = fem[(fem["scene"] == name) & (fem["jaw"] == "rigid") & (fem["mu"] == mu)]
+    scene = fastncm.load_scene(name).replace({"friction.mu": mu, "solver.rtol": 1e-8})
+    beam = fastncm.solve(scene, positions=fem["position_m"].to_numpy()).frame()
+    return largest(beam[FORCES].to_numpy(), fem[FORCES].to_numpy())
+
+
+def surface_problem(mu: float, count: int = SURFACE_POSITIONS) -> Problem:
+    """rubber-ellipse at `count` angles."""
+    scene = fastncm.load_scene("rubber-ellipse").replace({"friction.mu": mu, "path.steps": count})
+    positions = np.linspace(scene.path.start, scene.path.stop, count)
+    finest, half = (
+        fastncm.solve(scene.replace({"solver.intervals": n})).frame()[FORCES].to_numpy()
+        for n in (FINEST, HALF_FINEST)
+    )
+    model = ellipse_model_error() if mu == 0.0 else np.nan
+    return Problem(scene, mu, positions, finest, largest(half, finest), model)
+
+
+def ellipse_model_error() -> float:
+    """The same against data/fem_ellipse.csv, a shorter finger on a smaller ellipse."""
+    fem = pd.read_csv(DATA / "fem_ellipse.csv").query("material == 'Hencky'")
+    scene = fastncm.load_scene("rubber-ellipse").replace(SMALL_ELLIPSE)
+    beam = fastncm.solve(scene).frame()
+    at = np.searchsorted(beam["position"], np.radians(fem["phi_deg"]) - 1e-9)
+    return largest(beam[FORCES].to_numpy()[at], fem[FORCES].to_numpy())
+
+
+def largest(forces: np.ndarray, truth: np.ndarray) -> float:
+    """Largest relative difference of forces (P, 2)."""
+    return float((np.hypot(*(forces - truth).T) / np.hypot(*truth.T)).max())
