@@ -4,18 +4,21 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from entrance import entrance
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from fastncm.kernels import distance as distances
 from fastncm.kernels.distance import (
     ELLIPSE,
     HALF_PLANE,
     POLYGON,
-    distance,
     ellipse_distance,
     polygon_distance,
 )
+
+distance = entrance(distances.distance)
 
 SQUARE = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
 OBLIQUE = np.array([[[-0.3, -0.2], [0.4, -0.5], [0.9, 0.1], [0.3, 0.6], [-0.2, 0.4]]])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from entrance import entrance
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jaws import TARGET_Y, Pose, jaw_row, jaw_samples, target_row
@@ -9,6 +10,10 @@ from tracing import CIRCLE, CORNER, lowered_scene
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import gap
+
+closest_gap = entrance(gap.closest_gap)
+feature_gap = entrance(gap.feature_gap)
+store = entrance(gap.store)
 
 FOURTH_ORDER = ((-2, 1.0 / 12.0), (-1, -2.0 / 3.0), (1, 2.0 / 3.0), (2, -1.0 / 12.0))
 """Central difference quotient: offsets in steps, and weights."""
@@ -52,14 +57,14 @@ def evaluate(feature: int, jaw: np.ndarray, radius: float, pose: Pose) -> np.nda
     """`gap.feature_gap` as an array (GAP_COLUMNS,)."""
     x, y, psi, t = pose
     return np.array(
-        gap.feature_gap(feature, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
+        feature_gap(feature, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
     )
 
 
 def closest(kind: int, jaw: np.ndarray, radius: float, pose: Pose) -> np.ndarray:
     x, y, psi, t = pose
     return np.array(
-        gap.closest_gap(kind, -1, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
+        closest_gap(kind, -1, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi))
     )
 
 
@@ -219,7 +224,7 @@ def test_held_feature_is_not_questioned() -> None:
     """Beyond the jaw's end the line of the edge goes on, which events rely on."""
     jaw, pose = JAWS["segment"], Pose(1.0, 0.0, 0.0, 0.8)
     x, y, psi, t = pose
-    held = gap.closest_gap(
+    held = closest_gap(
         c.CIRCLE, c.ON_EDGE, jaw, target_row(0.1), 0, t, x, y, np.cos(psi), np.sin(psi)
     )
     assert held[c.FEATURE] == c.ON_EDGE
@@ -235,7 +240,7 @@ def test_void_feature_never_binds() -> None:
 
 def test_store_keeps_the_order_of_the_columns() -> None:
     out = np.zeros((c.GAP_COLUMNS, 3))
-    gap.store(tuple(float(i) for i in range(12)) + (c.ON_A,), out, 1)
+    store(tuple(float(i) for i in range(12)) + (c.ON_A,), out, 1)
     np.testing.assert_array_equal(out[:, 1], [*range(12), c.ON_A])
     assert not out[:, [0, 2]].any()
 

@@ -2,11 +2,18 @@
 
 import numpy as np
 import pytest
+from entrance import entrance
 from jaws import TARGET_Y, Pose, jaw_row, jaw_samples, target_row
 from scipy.optimize import brentq
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import points
+
+constraint_count = entrance(points.constraint_count)
+constraint_gap = entrance(points.constraint_gap)
+jaw_point = entrance(points.jaw_point)
+smallest_gap = entrance(points.smallest_gap)
+target_point = entrance(points.target_point)
 
 STEP = 1e-5
 JAWS = {
@@ -26,7 +33,7 @@ def gap_of(
     """Constraint `k` of `count` as an array (GAP_COLUMNS,)."""
     (kind, radius), (x, y, psi, t) = TARGETS[target], pose
     return np.array(
-        points.constraint_gap(
+        constraint_gap(
             form, count, kind, k, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi)
         )
     )
@@ -34,7 +41,7 @@ def gap_of(
 
 def smallest(form: int, count: int, jaw: np.ndarray, target: str, pose: Pose) -> float:
     (kind, radius), (x, y, psi, t) = TARGETS[target], pose
-    return points.smallest_gap(
+    return smallest_gap(
         form, count, kind, jaw, target_row(radius), 0, t, x, y, np.cos(psi), np.sin(psi)
     )
 
@@ -42,7 +49,7 @@ def smallest(form: int, count: int, jaw: np.ndarray, target: str, pose: Pose) ->
 @pytest.mark.parametrize("jaw", JAWS)
 def test_points_of_the_jaw_are_evenly_spaced_on_it(jaw: str) -> None:
     expected = jaw_samples(JAWS[jaw], 11)
-    found = np.array([points.jaw_point(JAWS[jaw], 0, k / 10.0) for k in range(11)])
+    found = np.array([jaw_point(JAWS[jaw], 0, k / 10.0) for k in range(11)])
     np.testing.assert_allclose(found[:, :2], expected, atol=1e-14)
     along = np.gradient(jaw_samples(JAWS[jaw], 2001), axis=0, edge_order=2)[::200]
     left = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
@@ -51,10 +58,7 @@ def test_points_of_the_jaw_are_evenly_spaced_on_it(jaw: str) -> None:
 
 def test_points_of_the_circle_lie_all_around_it() -> None:
     found = np.array(
-        [
-            points.target_point(c.CIRCLE, k, 8, JAWS["segment"], target_row(0.2), 0, 1.5)
-            for k in range(8)
-        ]
+        [target_point(c.CIRCLE, k, 8, JAWS["segment"], target_row(0.2), 0, 1.5) for k in range(8)]
     )
     arms = found - [1.5, TARGET_Y]
     np.testing.assert_allclose(np.hypot(*arms.T), 0.2, rtol=1e-14)
@@ -64,10 +68,7 @@ def test_points_of_the_circle_lie_all_around_it() -> None:
 
 def test_points_of_the_block_lie_on_its_face_and_underside() -> None:
     found = np.array(
-        [
-            points.target_point(c.BLOCK, k, 9, JAWS["segment"], target_row(0.0), 0, 1.5)
-            for k in range(9)
-        ]
+        [target_point(c.BLOCK, k, 9, JAWS["segment"], target_row(0.0), 0, 1.5) for k in range(9)]
     )
     assert tuple(found[0]) == (1.5, TARGET_Y)
     on_face = (found[:, 0] == 1.5) & (found[:, 1] > TARGET_Y)
@@ -94,7 +95,7 @@ def test_jaw_points_against_the_block(jaw: str, t: float) -> None:
     tangent where its normal points into the block; inside the block always the latter. The tangent
     does not count where the block's corner is beside the edge."""
     pose = POSE._replace(t=t)
-    inner = np.array([points.jaw_point(JAWS[jaw], 0, k / 6.0) for k in range(1, 6)])
+    inner = np.array([jaw_point(JAWS[jaw], 0, k / 6.0) for k in range(1, 6)])
     curve = pose.to_space(inner[:, :2])
     normals = pose.to_space(inner[:, 2:]) - pose.to_space(np.zeros((1, 2)))
     before, below = t - curve[:, 0], TARGET_Y - curve[:, 1]
@@ -160,4 +161,4 @@ def test_smallest_gap_where_the_shapes_touch(jaw: str, target: str, form: int) -
     ],
 )
 def test_number_of_constraints(form: int, jaw: str, kind: int, expected: int) -> None:
-    assert points.constraint_count(form, 37, kind, JAWS[jaw], 0) == expected
+    assert constraint_count(form, 37, kind, JAWS[jaw], 0) == expected
