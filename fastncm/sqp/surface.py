@@ -150,7 +150,9 @@ def kkt_residual(problem, d, state, size):
         energy += _shear_force(problem, d, state, i) * state.gamma[i]
     residual = max(slack / moment, sheared_slack / shear)
     # at the clamp of its own moment, which may be the smaller one
-    residual = max(residual, _AT_CLAMP * first / (abs(state.moment[1]) + _SMALLEST * moment))
+    half = 0.5 * problem.step[0]
+    clamp = state.moment[1] + half * (state.cos[1] * state.fy[1] - state.sin[1] * state.fx[1])
+    residual = max(residual, _AT_CLAMP * first / (abs(clamp) + _SMALLEST * moment))
     deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
     for k in range(1, state.force.shape[0]):
         residual = max(residual, (-state.gap[k] - ROUNDING) / deflection)
