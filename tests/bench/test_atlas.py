@@ -5,15 +5,15 @@ The truth for jaws is shooting (`shooting_many`), which is compared with `shooti
 
 from dataclasses import replace
 
+import atlas
 import extremes
 import numpy as np
 import pytest
 import shooting
 import shooting_many
-
-import atlas
-import fastncm
 from support import atlas_runs
+
+import fastncm
 
 pytestmark = pytest.mark.compiled
 
@@ -67,7 +67,7 @@ def test_many_are_shot_like_one(base: shooting.ShootingCase, changes: dict[str, 
 @pytest.mark.parametrize("kind", extremes.JAW_KINDS)
 def test_random_jaws_are_never_wrong_in_silence(kind: str) -> None:
     last = atlas_runs.last_rows(atlas_runs.run_block(kind, 0, JAWS))
-    shot = atlas_runs.shoot(kind, 0, last)
+    shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, 0, last))
     assert shot["found"].sum() >= 0.3 * JAWS
     assert atlas.wrong_in_silence(shot).empty
     assert atlas.unanswered(shot).empty
@@ -76,7 +76,9 @@ def test_random_jaws_are_never_wrong_in_silence(kind: str) -> None:
 @pytest.mark.parametrize("kind", extremes.SIDE_KINDS)
 def test_random_direct_contact_is_never_wrong_in_silence(kind: str) -> None:
     last = atlas_runs.last_rows(atlas_runs.run_block(kind, 0, 3 * SIDES))
-    close = last[(last["solver.contact"] == "closest") & (last["solver.intervals"].astype(int) < 99)]
+    close = last[
+        (last["solver.contact"] == "closest") & (last["solver.intervals"].astype(int) < 99)
+    ]
     finer = close.merge(atlas_runs.refine(close.head(3 * SIDES)), on="index")
     assert len(finer) >= 3
     assert atlas.wrong_in_silence(finer).empty
