@@ -161,8 +161,8 @@ def _failed(trace: Trace) -> Array:
 
 def _replace(trace: Trace, second: Trace, designs: Array) -> None:
     """Take over the second attempt at `designs` where it solves at least as many rows."""
-    solved = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
-    before = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
+    solved: Array = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
+    before: Array = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
     better = solved.sum(axis=1) >= before.sum(axis=1)
     for mine, new in zip(trace[:-1], second[:-1], strict=True):
         mine[designs[better]] = new[better]
