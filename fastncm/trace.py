@@ -155,7 +155,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
 
 def _failed(trace: Trace) -> Array:
     """The designs (D,) with a row that is not solved."""
-    failed: Array = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
+    failed: Array = np.asarray((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
     return failed
 
 
