@@ -104,12 +104,15 @@ def section() -> str:
 
 
 INTRODUCTION = """\
-Error: of the contact force, the largest over the positions, relative to the true force there.
+Error: of the contact force, the largest over the positions, relative to the true force there: by
+shooting for the snap-fits, by fastncm with 10,000 intervals for rubber-ellipse (see below).
 Time: CPU time a solve, best of several runs, without compiling and setting up. "In a sweep":
 `solve_cases` with designs that differ, everything included; "alone": the solves of a single path,
 its events located, too. All optimisers solve the same discretisation, with exact compiled
 derivatives and warm starts extrapolated from the positions before, and are told which part of the
-jaw touches."""
+jaw touches; they take no friction, which has no energy. The paper's algorithm (monomials, M points,
+BFGS) has a merit function in its line search, except where "printed line search" is said, and
+friction by (14)-(17); on rubber-ellipse it is its shear energy (5), given to SLSQP."""
 
 
 if __name__ == "__main__":
