@@ -1,9 +1,10 @@
 """Stiff and extreme cases: is the answer ever wrong in silence, and where is there none?
 
-100,000 random fingers with jaws and 10,000 in direct contact, over ranges far beyond use
-(`tests/extremes.py` draws them; kind and index reproduce each), and grids over single ranges. The
-truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`): it finds the exact
-equilibrium next to it, and none where there is none. For direct contact it is the same scene with
+Random fingers with jaws and in direct contact, over ranges far beyond use (`tests/extremes.py`
+draws them; kind and index reproduce each), and grids over single ranges. The truth for jaws is
+shooting from the claimed answer (`tests/shooting_many.py`): it finds the exact equilibrium next to
+it, and none where there is none; where a thin end makes it too sensitive to close, the same scene
+with other modes. For direct contact it is the same scene with
 eight times as many intervals. A row is *wrong in silence* if it says "converged" and its true error
 exceeds ten times its estimate (and what rounding does to any answer). Rows without an answer are
 solved again in other ways to see whether there is one.
@@ -16,15 +17,15 @@ import numpy as np
 import pandas as pd
 from support import atlas_grids, atlas_pictures, atlas_runs, markdown_table, read_table, write_table
 
-JAW_BLOCKS = 17
-"""Blocks of 1,000 scenes of each of the six kinds of jaws."""
-SIDE_SCENES = 2_500
+JAW_BLOCKS = 1
+"""Blocks of 1,000 scenes of each of the six kinds of jaws: 17 are 100,000 scenes and an hour."""
+SIDE_SCENES = 1_000
 """Scenes of each of the four kinds of direct contact."""
-SHOT_BLOCKS = 17
+SHOT_BLOCKS = JAW_BLOCKS
 """Blocks whose answers are compared with shooting."""
-FINER_SCENES = 150
+FINER_SCENES = 100
 """Scenes of each kind of direct contact that are compared with finer ones."""
-RETRIED = 150
+RETRIED = 15
 """Failed rows with friction of each kind that are tried again in other ways; without: all."""
 WRONG = 10.0
 """Times the estimate."""
@@ -64,8 +65,8 @@ def run_jaws(kind: str) -> pd.DataFrame:
     for block in range(JAW_BLOCKS):
         last = atlas_runs.last_rows(atlas_runs.run_block(kind, block))
         if block < SHOT_BLOCKS:
-            shot = atlas_runs.shoot(kind, block, last)
-            columns = ["index", "true_force", "error", "rounding", "found"]
+            shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, block, last))
+            columns = ["index", "error", "rounding", "found", "judge"]
             last = last.merge(shot[columns], on="index", how="left")
         found.append(last)
         print(kind, block, last["status"].value_counts().to_dict(), flush=True)
@@ -149,8 +150,9 @@ def section() -> str:
             "direct contact (wall clock).",
             _counts(jaws, "kind"),
             "Wrong in silence: converged, and the true error above ten times the estimate. "
-            "*No equilibrium there*: shooting does not close from the claimed answer, though the "
-            "estimate is below 0.1. Residual: largest KKT residual of a converged row.",
+            "*No equilibrium there*: neither shooting from the claimed answer nor other modes find "
+            "one, though the estimate is below 0.1. Residual: largest of the KKT residuals of "
+            "converged rows.",
             _failures(failed),
             "![Random jaws](results/atlas_jaws.png)",
             _counts(sides, "kind"),

@@ -155,14 +155,14 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
 
 def _failed(trace: Trace) -> Array:
     """The designs (D,) with a row that is not solved."""
-    failed: Array = (trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1)
+    failed: Array = np.asarray((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
     return failed
 
 
 def _replace(trace: Trace, second: Trace, designs: Array) -> None:
     """Take over the second attempt at `designs` where it solves at least as many rows."""
-    solved = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
-    before = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
+    solved: Array = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
+    before: Array = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
     better = solved.sum(axis=1) >= before.sum(axis=1)
     for mine, new in zip(trace[:-1], second[:-1], strict=True):
         mine[designs[better]] = new[better]

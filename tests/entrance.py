@@ -8,6 +8,6 @@ import numba
 
 def entrance(function: Callable[..., Any]) -> Any:
     """The function, compiled once more so that Python can call it: an `inlined` one has no wrapper
-    (`fastncm.kernels.cache`), and to call it ends the process."""
+    (`fastncm.kernels.cache`) and refuses."""
     source = getattr(function, "py_func", None)
     return function if source is None else numba.njit(error_model="numpy")(source)

@@ -8,7 +8,9 @@ import pandas as pd
 import shooting_many
 
 import fastncm
+from fastncm.curve import JawCurve
 from fastncm.path import rows
+from fastncm.scene import Scene
 
 POSITIONS = {"snapfit-circle": 0.066, "snapfit-corner": 0.062}
 TAPERS = np.geomspace(1e-3, 1e3, 13)
@@ -26,7 +28,7 @@ def grid() -> pd.DataFrame:
     return pd.DataFrame([*_tapers(), *_shears(), *_scales(), *_intervals()])
 
 
-def _shot(scene: fastncm.scene.Scene, position: float) -> dict[str, object]:
+def _shot(scene: Scene, position: float) -> dict[str, object]:
     """One row at a position, with its true error by shooting."""
     frame = fastncm.solve(scene, positions=[position]).frame()
     row = frame.iloc[-1]
@@ -48,7 +50,7 @@ def _shot(scene: fastncm.scene.Scene, position: float) -> dict[str, object]:
     return outcome | {"error": error, "rounding": rounding}
 
 
-def _columns(scene: fastncm.scene.Scene) -> dict[str, np.ndarray]:
+def _columns(scene: Scene) -> dict[str, np.ndarray]:
     """A scene as a table of one case."""
     values = scene.to_dict()
     columns: dict[str, np.ndarray] = {}
@@ -144,7 +146,7 @@ def conditions(count: int = 60) -> pd.DataFrame:
     return pd.DataFrame(found)
 
 
-def _condition(curve: fastncm.curve.JawCurve) -> float:
+def _condition(curve: JawCurve) -> float:
     """Of the matrix of modes and contact, the contact's row scaled to length one, without the
     curvature of the contact itself."""
     problem, last = curve._solved.problem, len(curve) - 1

@@ -36,17 +36,36 @@ def draw_jaws(table: pd.DataFrame) -> None:
     share = {"norm": Normalize(0.0, 0.2), "cmap": "Reds"}
     by_taper = ("taper", *taper)
     heat(figure, axes[0, 0], smooth, "failed", by_taper, "mean", "no answer, μ = 0", **share)
-    heat(figure, axes[0, 1], rubs, "failed", by_taper, "mean", "no answer, μ > 0", **share)
+    heat(
+        figure,
+        axes[0, 1],
+        rubs,
+        "failed",
+        by_taper,
+        "mean",
+        "no answer (it may lock), μ > 0",
+        **share,
+    )
     size = {"norm": Normalize(-14.0, 0.0), "cmap": "viridis"}
-    heat(figure, axes[0, 2], shot, "log_error", by_taper, "median", "log10 error, median", **size)
+    heat(
+        figure,
+        axes[0, 2],
+        shot,
+        "log_error",
+        by_taper,
+        "median",
+        "log10 true error, median",
+        **size,
+    )
     by_turn = ("turn", *turn)
-    heat(figure, axes[1, 0], shot, "log_error", by_turn, "median", "log10 error, median", **size)
+    heat(
+        figure, axes[1, 0], shot, "log_error", by_turn, "median", "log10 true error, median", **size
+    )
     ratio = {"norm": LogNorm(0.1, 1e3), "cmap": "RdBu"}
     heat(figure, axes[1, 1], shot, "effect", by_turn, "median", "estimate / error, median", **ratio)
     fair = shot[(shot["error"] > 10.0 * shot["rounding"]) & (shot["error"] > 1e-13)]
     heat(figure, axes[1, 2], fair, "effect", by_turn, "min",
          "estimate / error, least (above rounding)", **ratio)  # fmt: skip
-    figure.tight_layout()
     save(figure, RESULTS / "atlas_jaws.png")
 
 
@@ -72,7 +91,6 @@ def draw_sides(table: pd.DataFrame) -> None:
          norm=Normalize(-8.0, 0.0), cmap="viridis", **rest)  # fmt: skip
     heat(figure, axes[2], known, "effect", taper, "min", "estimate / error, least",
          norm=LogNorm(0.1, 1e3), cmap="RdBu", **rest)  # fmt: skip
-    figure.tight_layout()
     save(figure, RESULTS / "atlas_sides.png")
 
 
@@ -93,7 +111,6 @@ def draw_grid(table: pd.DataFrame) -> None:
         figure.colorbar(shown, ax=ax, label="log10 error")
     for ax in axes[len(names) :]:
         ax.axis("off")
-    figure.tight_layout()
     save(figure, RESULTS / "atlas_grid.png")
 
 

@@ -148,7 +148,7 @@ def active_set(hessian, slope_v, gap, jacobian, step, multipliers):
             right[n + i] = -gap[working[i]]
         try:
             found = np.linalg.solve(system, right)
-        except Exception:
+        except Exception:  # a singular matrix; Numba catches no narrower class
             return False
         step[:] = found[:n]
         worst, at = -ROUNDING, -1

@@ -1,4 +1,4 @@
-"""The closed-form formula of snap-fit design guides (BASF, Bayer: "Snap-fit joints for plastics"):
+"""The closed-form formula of snap-fit design guides (Bayer, "Snap-fit joints for plastics"):
 
     P = 3 E I y / L^3,    W = P (mu + tan(beta)) / (1 - mu tan(beta))
 

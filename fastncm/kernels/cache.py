@@ -6,6 +6,7 @@ carries a hash of every source file that holds compiled code, so that an edit to
 a new one.
 """
 
+import ctypes
 import functools
 import getpass
 import hashlib
@@ -104,6 +105,10 @@ class _KernelCache(FunctionCache):
     _impl_class = _KernelCacheImpl
 
 
+#: A function of Python's C interface that takes anything and raises TypeError.
+_REFUSE = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value or 0
+
+
 class _LinkedLibrary(JITCodeLibrary):
     """Code of a function that only compiled code calls: kept as it was lowered, to be optimised and
     turned into machine code with each function that Python calls, and not once more by itself."""
@@ -127,9 +132,9 @@ class _LinkedLibrary(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """No address: Python cannot call it."""
+        """Where a call from Python goes: to a TypeError."""
         self._ensure_finalized()
-        return 0
+        return _REFUSE
 
 
 class _LinkedCompiler(CompilerBase):

@@ -1,8 +1,8 @@
 """The working set of a finger in direct contact by an interior-point method: the safe way.
 
-Each near point is held by a spring, ``c . dz + gap = s`` with ``s lambda`` the same for all, and the
-common value falls from pass to pass (S. J. Wright, "Primal-Dual Interior-Point Methods", 1997, ch.
-6). One pass along the finger is one Newton step, and some ten to thirty of them separate the
+Each near point is held by a spring, ``c . dz + gap = s`` with ``s lambda`` the same for all, and
+that common value falls from pass to pass (S. J. Wright, "Primal-Dual Interior-Point Methods", 1997,
+ch. 6). One pass along the finger is one Newton step, and some ten to thirty of them separate the
 contacts from the rest, however many nodes there are and wherever the contacts begin and end.
 """
 

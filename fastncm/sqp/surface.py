@@ -25,12 +25,17 @@ from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
 #: Error of a gap in finger lengths that is due to rounding.
 ROUNDING = 1e-15
 #: Points closer to the target than this (finger lengths) take part in the subproblem.
-_NEAR = 0.01
+_NEAR = 0.004
+#: Weight of the relative violation at the clamp, and the smallest part of the largest moment that
+#: counts as its moment.
+_AT_CLAMP, _SMALLEST = 0.1, 1e-4
 #: Share of the predicted fall of the merit function, and of the residual, that a step must bring.
 _ARMIJO, _RESIDUAL_FALL = 1e-4, 0.1
 #: A full step to more than this part of the residual is halved or doubled where that brings this
 #: part of it.
 _SLOW, _BETTER = 0.5, 0.5
+#: Full steps of a solve with friction that may raise the residual.
+_LEAPS = 4
 #: Step length at which the line search gives up.
 _SHORTEST = 1e-4
 
@@ -41,7 +46,7 @@ class SurfaceWork(NamedTuple):
 
     psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
     part, beyond which the finger is straight; penalty: (1,) of penetration in the merit function;
-    passes: (1,) passes along the finger so far.
+    leaps: (1,) steps that have raised the residual; passes: (1,) passes along the finger so far.
     """
 
     state: Nodal
@@ -52,6 +57,7 @@ class SurfaceWork(NamedTuple):
     shear: np.ndarray
     size: np.ndarray
     penalty: np.ndarray
+    leaps: np.ndarray
     passes: np.ndarray
 
 
@@ -68,6 +74,7 @@ def make_surface_work(problem):
         np.zeros(points),
         np.ones(1, np.int64),
         np.zeros(1),
+        np.zeros(1, np.int64),
         np.zeros(1, np.int64),
     )
 
@@ -127,12 +134,14 @@ def kkt_residual(problem, d, state, size):
     for k in range(state.force.shape[0]):
         total += abs(state.force[k])
         largest = max(largest, abs(state.force[k]))
-    slack, sheared_slack, energy = 0.0, 0.0, 0.0
+    slack, sheared_slack, first, energy = 0.0, 0.0, 0.0, 0.0
     for i in range(1, size + 1):
         bent = _moment(problem, d, state, i)
         moment = max(moment, abs(bent), abs(state.moment[i]))
         rounded = ROUNDING * problem.bending[d, i - 1] * (abs(state.psi[i]) + abs(state.psi[i - 1]))
-        slack = max(slack, abs(bent - state.moment[i]) - rounded)
+        off = abs(bent - state.moment[i]) - rounded
+        first = off if i == 1 else first
+        slack = max(slack, off)
         across = state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i] + state.couple[i]
         sheared = problem.shear_flexibility[d, i - 1] * problem.step[i - 1] * across
         shear = max(shear, abs(state.gamma[i]), abs(sheared))
@@ -140,6 +149,10 @@ def kkt_residual(problem, d, state, size):
         energy += bent * (state.psi[i] - state.psi[i - 1])
         energy += _shear_force(problem, d, state, i) * state.gamma[i]
     residual = max(slack / moment, sheared_slack / shear)
+    # at the clamp of its own moment, which may be the smaller one
+    half = 0.5 * problem.step[0]
+    clamp = state.moment[1] + half * (state.cos[1] * state.fy[1] - state.sin[1] * state.fx[1])
+    residual = max(residual, _AT_CLAMP * first / (abs(clamp) + _SMALLEST * moment))
     deflection = max(ROUNDING, energy / total) if total > 0.0 else ROUNDING
     for k in range(1, state.force.shape[0]):
         residual = max(residual, (-state.gap[k] - ROUNDING) / deflection)
@@ -204,7 +217,7 @@ def _propose(problem, d, work, size, curved):
 
     curved: with the Lagrangian's Hessian, which may have more than one minimum, or none; else with
     that of the strain energy alone, where the forces keep their directions: always convex.
-    Returns whether there is one.
+    Returns whether there is one; without friction, where there is an energy, it is a minimum.
     """
     state, chain = work.state, work.chain
     for k in range(state.gap.shape[0]):
@@ -221,7 +234,7 @@ def _propose(problem, d, work, size, curved):
         for k in range(state.gap.shape[0]):
             state.force[k] = work.force[k]
         carry_forces(problem, d, state, size)
-    return excess != UNSETTLED
+    return excess == 0 or (excess != UNSETTLED and problem.mu[d] > 0.0)
 
 
 @inner
@@ -273,7 +286,11 @@ def _search(problem, d, x, y, angle, work, residual):
 @inner
 def _improve(problem, d, x, y, angle, work, residual):
     """One step from the iterate in ``work.state``. Returns the residual after it; NaN where there
-    is no step."""
+    is no step.
+
+    With friction, a few full steps may raise the residual: where contacts come and go it need not
+    fall on the way to the solution.
+    """
     state, chain, size = work.state, work.chain, work.size[0]
     for i in range(1, size + 1):
         work.psi[i], work.gamma[i] = state.psi[i], state.gamma[i]
@@ -288,6 +305,11 @@ def _improve(problem, d, x, y, angle, work, residual):
         if not np.isnan(fallen):
             return fallen
         _advance(problem, d, x, y, angle, work, 0.0)
+    if problem.mu[d] > 0.0 and work.leaps[0] < _LEAPS:
+        work.leaps[0] += 1
+        if _propose(problem, d, work, size, True):
+            _advance(problem, d, x, y, angle, work, 1.0)
+            return kkt_residual(problem, d, state, size)
     return np.nan
 
 
@@ -302,7 +324,7 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     for k in range(1, state.force.shape[0]):
         if state.force[k] != 0.0:
             last = max(last, state.node[k])
-    work.size[0], work.penalty[0] = last, 0.0
+    work.size[0], work.penalty[0], work.leaps[0] = last, 0.0, 0
     evaluate(problem, d, x, y, angle, work)
     residual = kkt_residual(problem, d, state, last)
     for iteration in range(most + 1):

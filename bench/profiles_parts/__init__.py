@@ -1,0 +1,1 @@
+"""What `bench/profiles.py` is made of: the solvers' ladders, the picture and the tables."""
