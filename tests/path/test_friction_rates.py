@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from entrance import entrance
 from jaws import TARGET_Y, jaw_row, target_row
 from scipy.optimize import brentq
 from tracing import CIRCLE, CORNER, solved_path
@@ -13,8 +14,8 @@ from fastncm.kernels import gap
 from fastncm.path import rows
 from fastncm.path import slip as slip_module
 
-#: Inner compiled functions cannot be called from Python; their source can.
-contact_slip = getattr(slip_module.contact_slip, "py_func", slip_module.contact_slip)
+contact_slip = entrance(slip_module.contact_slip)
+feature_gap = entrance(gap.feature_gap)
 POSITIONS = {
     CIRCLE: [0.0738, 0.0688, 0.0640, 0.0620, 0.0605],
     CORNER: [0.0725, 0.0672, 0.0600, 0.0575],
@@ -78,7 +79,7 @@ def test_slip_is_the_way_of_the_targets_surface_along_the_jaw(
     target = target_row(radius, 0.1)
 
     def at(x: float, y: float, psi: float) -> np.ndarray:
-        found = gap.feature_gap(feature, jaw, target, 0, 1.2, x, y, np.cos(psi), np.sin(psi))
+        found = feature_gap(feature, jaw, target, 0, 1.2, x, y, np.cos(psi), np.sin(psi))
         return np.array(found)
 
     psi = -0.1
