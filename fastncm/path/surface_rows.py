@@ -15,7 +15,7 @@ from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
 from fastncm.path.misplaced import misplaced_forces
 from fastncm.sqp.chain_step import solve_chain
-from fastncm.sqp.surface import ROUNDING, kkt_residual, strain_energy
+from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
 (

@@ -18,12 +18,12 @@ from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
 from fastncm.sqp import status
-from fastncm.sqp.surface import (
+from fastncm.sqp.surface import solve_surface
+from fastncm.sqp.surface_state import (
     ROUNDING,
     SurfaceWork,
     make_surface_work,
     mean_deflection,
-    solve_surface,
 )
 
 #: Longest move of the target (finger lengths, radians) from one solve to the next, and the shortest
