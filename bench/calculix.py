@@ -1,12 +1,14 @@
 """How far from finite elements is the beam, and how much faster?
 
 CalculiX (`ccx`) on decks that `calculix_parts` writes, for both snap-fit scenes at mu = 0, 0.2 and
-0.4 and for a rubber finger on an ellipse, with three meshes each; its forces beside the reference
-of data/ and beside fastncm's with shear, in sliding equilibrium and by the recovered rule. Times
-are those of one core. Without CalculiX on the PATH nothing is run and the tables stay as they are.
+0.4 and for rubber fingers on an ellipse; its forces beside the reference of data/ and beside
+fastncm's with shear, in sliding equilibrium and by the recovered rule. Times are those of one
+core. Arguments: scenes to run again alone. Without CalculiX on the PATH nothing is run and the
+tables stay as they are.
 """
 
 import math
+import sys
 import time
 
 import numpy as np
@@ -38,23 +40,27 @@ def main() -> None:
     if not available():
         print("CalculiX is not installed (ccx; Debian: apt-get install calculix-ccx): not run")
         return
-    study("calculix_penalty", other_penalties())
-    study("calculix", all_cases())
+    chosen = sys.argv[1:]
+    if not chosen:
+        study("calculix_penalty", other_penalties(), [])
+    study("calculix", [case for case in all_cases() if not chosen or case.scene in chosen], chosen)
     pictures.draw(*tables("calculix"))
     print(section())
 
 
-def study(name: str, cases: list[Case]) -> None:
-    """Run the cases; the tables grow with each, so that a broken-off study is not lost."""
-    forces, runs = [], []
+def study(name: str, cases: list[Case], chosen: list[str]) -> None:
+    """Run the cases; the tables grow with each, so that a broken-off study is not lost. Where only
+    some scenes are chosen, the other scenes' rows stay."""
+    kept = tables(name) if chosen else ()
+    forces, runs = ([table[~table["scene"].isin(chosen)]] for table in kept) if kept else ([], [])
     settings = {"limit_s": LIMIT, "batch": BATCH, "material_of_the_rubber": MATERIAL}
     for case in cases:
         rows, figures = solved(case)
         forces.append(rows)
-        runs.append(figures)
+        runs.append(pd.DataFrame([figures]))
         print(", ".join(f"{name} {figure}" for name, figure in figures.items()), flush=True)
         write_table(f"{name}_forces", pd.concat(forces, ignore_index=True), **settings)
-        write_table(f"{name}_runs", pd.DataFrame(runs), **settings)
+        write_table(f"{name}_runs", pd.concat(runs, ignore_index=True), **settings)
 
 
 def tables(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
