@@ -108,6 +108,7 @@ def solved(case: Case) -> tuple[pd.DataFrame, dict[str, object]]:
         "fem_wall_s": sum(each.wall for each in done),
         "increments": sum(each.increments for each in done),
         "iterations": sum(each.iterations for each in done),
+        "attempts": sum(each.attempts for each in done),
         "version": version(),
         "message": "; ".join(filter(None, (each.message for each in done))),
         "beam_s": one,
@@ -173,7 +174,8 @@ PLAN = f"""Eight-node plane-stress elements with NLGEOM, 0.1 mm wide and scaled 
 width, since CalculiX's expanded elements are too stiff with the real one; a jaw 1,000 times as
 stiff as the finger; all nodes of the target prescribed; contact from node to surface with a linear
 penalty, which for a jaw and a target that are both rigid is more accurate than from face to face;
-one step for the path, because CalculiX extrapolates within a step only. Friction is Coulomb's with
+one step for the path, because CalculiX extrapolates within a step only, and a second attempt with
+half the increments where it gives up. Friction is Coulomb's with
 a steep slope of sticking. At snapfit-corner's x_c = 0.057924 m the force jumps, and the position
 beyond has a path of its own. The rubber is {MATERIAL}'s hyperelastic law; with linear elasticity
 and NLGEOM (St Venant-Kirchhoff) it collapses in compression at the clamp beyond φ = 93°. Its

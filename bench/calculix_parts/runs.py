@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,7 @@ class Run:
     """Time by the clock, s."""
     increments: int
     iterations: int
+    attempts: int
     message: str
     """Its last words where it has given up, else empty."""
 
@@ -45,7 +46,24 @@ def version() -> str:
 
 
 def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
-    """Solve the model's path, in at most `limit` seconds by the clock."""
+    """Solve the model's path, in at most `limit` seconds by the clock; where CalculiX gives up,
+    once more with half the increments. The cost is that of both attempts."""
+    first = _attempt(model, mu, increments, limit)
+    if not first.message:
+        return first
+    half = Increments(0.5 * increments.first, 0.5 * increments.largest)
+    second = _attempt(model, mu, half, limit)
+    return replace(
+        second,
+        seconds=first.seconds + second.seconds,
+        wall=first.wall + second.wall,
+        increments=first.increments + second.increments,
+        iterations=first.iterations + second.iterations,
+        attempts=2,
+    )
+
+
+def _attempt(model: Model, mu: float, increments: Increments, limit: float) -> Run:
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -76,6 +94,7 @@ def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
         wall=wall,
         increments=len(re.findall(r"^ increment \d+ attempt 1 *$", said, re.MULTILINE)),
         iterations=len(re.findall(r"^ iteration \d+ *$", said, re.MULTILINE)),
+        attempts=1,
         message=message or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
     )  # fmt: skip
 
