@@ -3,8 +3,8 @@
 CalculiX (`ccx`) on decks that `calculix_parts` writes, for both snap-fit scenes at mu = 0, 0.2 and
 0.4 and for rubber fingers on an ellipse; its forces beside the reference of data/ and beside
 fastncm's with shear, in sliding equilibrium and by the recovered rule. Times are those of one
-core. Arguments: scenes to run again alone. Without CalculiX on the PATH nothing is run and the
-tables stay as they are.
+core. Arguments: cases to run again alone, such as snapfit-corner:fine:0.4. Without CalculiX on
+the PATH nothing is run and the tables stay as they are.
 """
 
 import math
@@ -43,16 +43,17 @@ def main() -> None:
     chosen = sys.argv[1:]
     if not chosen:
         study("calculix_penalty", other_penalties(), [])
-    study("calculix", [case for case in all_cases() if not chosen or case.scene in chosen], chosen)
+    study("calculix", [case for case in all_cases() if not chosen or case.name in chosen], chosen)
     pictures.draw(*tables("calculix"))
     print(section())
 
 
 def study(name: str, cases: list[Case], chosen: list[str]) -> None:
     """Run the cases; the tables grow with each, so that a broken-off study is not lost. Where only
-    some scenes are chosen, the other scenes' rows stay."""
-    kept = tables(name) if chosen else ()
-    forces, runs = ([table[~table["scene"].isin(chosen)]] for table in kept) if kept else ([], [])
+    some cases are chosen, the others' rows stay."""
+    forces, runs = [], []
+    if chosen:
+        forces, runs = ([table[~named(table).isin(chosen)]] for table in tables(name))
     settings = {"limit_s": LIMIT, "batch": BATCH, "material_of_the_rubber": MATERIAL}
     for case in cases:
         rows, figures = solved(case)
@@ -61,6 +62,11 @@ def study(name: str, cases: list[Case], chosen: list[str]) -> None:
         print(", ".join(f"{name} {figure}" for name, figure in figures.items()), flush=True)
         write_table(f"{name}_forces", pd.concat(forces, ignore_index=True), **settings)
         write_table(f"{name}_runs", pd.concat(runs, ignore_index=True), **settings)
+
+
+def named(table: pd.DataFrame) -> pd.Series:
+    """Each row's case as the arguments give it."""
+    return table["scene"] + ":" + table["mesh"] + ":" + table["mu"].map("{:g}".format)
 
 
 def tables(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -175,7 +181,7 @@ width, since CalculiX's expanded elements are too stiff with the real one; a jaw
 stiff as the finger; all nodes of the target prescribed; contact from node to surface with a linear
 penalty, which for a jaw and a target that are both rigid is more accurate than from face to face;
 one step for the path, because CalculiX extrapolates within a step only, and a second attempt with
-half the increments where it gives up. Friction is Coulomb's with
+half the increments where it gives up or jumps to another branch. Friction is Coulomb's with
 a steep slope of sticking. At snapfit-corner's x_c = 0.057924 m the force jumps, and the position
 beyond has a path of its own. The rubber is {MATERIAL}'s hyperelastic law; with linear elasticity
 and NLGEOM (St Venant-Kirchhoff) it collapses in compression at the clamp beyond φ = 93°. Its

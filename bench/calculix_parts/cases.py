@@ -47,7 +47,7 @@ FRICTION = {
     SMALL: (0.0,),
     RUBBER: (0.0,),
 }
-IN_MM, IN_DEGREES = Increments(0.02, 0.25), Increments(0.1, 1.0)
+IN_MM, IN_DEGREES = Increments(0.02, 0.5), Increments(0.1, 1.0)
 CIRCLE_FROM, CORNER_FROM = 0.0783, 0.0745
 """Where the targets begin, m: just before first touch."""
 PASSED = 0.0575
@@ -67,6 +67,11 @@ class Case:
     mesh: str
     mu: float
     penalty: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """As the study's arguments give it."""
+        return f"{self.scene}:{self.mesh}:{self.mu:g}"
 
     @property
     def fineness(self) -> Fineness:

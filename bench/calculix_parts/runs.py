@@ -15,6 +15,9 @@ from .deck import Increments, deck
 from .model import SLICE, Model
 
 PROGRAM = "ccx"
+STRAYED = 0.1
+"""A force that leaves the range of its neighbours along the path by more than this part of itself
+belongs to another equilibrium, which a large increment has thrown the finger into."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ def version() -> str:
 
 
 def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
-    """Solve the model's path, in at most `limit` seconds by the clock; where CalculiX gives up,
-    once more with half the increments. The cost is that of both attempts."""
+    """Solve the model's path, in at most `limit` seconds by the clock; where CalculiX gives up or
+    strays, once more with half the increments. The cost is that of both attempts."""
     first = _attempt(model, mu, increments, limit)
     if not first.message:
         return first
@@ -95,8 +98,19 @@ def _attempt(model: Model, mu: float, increments: Increments, limit: float) -> R
         increments=len(re.findall(r"^ increment \d+ attempt 1 *$", said, re.MULTILINE)),
         iterations=len(re.findall(r"^ iteration \d+ *$", said, re.MULTILINE)),
         attempts=1,
-        message=message or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
+        message=message
+        or strayed(forces)
+        or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
     )  # fmt: skip
+
+
+def strayed(forces: np.ndarray) -> str:
+    """What to say where a force (positions, 2) is on another branch than its neighbours."""
+    before, here, after = forces[:-2], forces[1:-1], forces[2:]
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    off = np.maximum(low - here, here - high).max(axis=1)
+    places = np.flatnonzero(off > STRAYED * np.hypot(*here.T)) + 1
+    return f"on another branch at position {places[0]}" if len(places) else ""
 
 
 def totals(file: Path) -> np.ndarray:
