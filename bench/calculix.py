@@ -1,12 +1,14 @@
 """How far from finite elements is the beam, and how much faster?
 
 CalculiX (`ccx`) on decks that `calculix_parts` writes, for both snap-fit scenes at mu = 0, 0.2 and
-0.4 and for a rubber finger on an ellipse, with three meshes each; its forces beside the reference
-of data/ and beside fastncm's with shear, in sliding equilibrium and by the recovered rule. Times
-are those of one core. Without CalculiX on the PATH nothing is run and the tables stay as they are.
+0.4 and for rubber fingers on an ellipse; its forces beside the reference of data/ and beside
+fastncm's with shear, in sliding equilibrium and by the recovered rule. Times are those of one
+core. Arguments: cases to run again alone, such as snapfit-corner:fine:0.4. Without CalculiX on
+the PATH nothing is run and the tables stay as they are.
 """
 
 import math
+import sys
 import time
 
 import numpy as np
@@ -38,23 +40,33 @@ def main() -> None:
     if not available():
         print("CalculiX is not installed (ccx; Debian: apt-get install calculix-ccx): not run")
         return
-    study("calculix_penalty", other_penalties())
-    study("calculix", all_cases())
+    chosen = sys.argv[1:]
+    if not chosen:
+        study("calculix_penalty", other_penalties(), [])
+    study("calculix", [case for case in all_cases() if not chosen or case.name in chosen], chosen)
     pictures.draw(*tables("calculix"))
     print(section())
 
 
-def study(name: str, cases: list[Case]) -> None:
-    """Run the cases; the tables grow with each, so that a broken-off study is not lost."""
+def study(name: str, cases: list[Case], chosen: list[str]) -> None:
+    """Run the cases; the tables grow with each, so that a broken-off study is not lost. Where only
+    some cases are chosen, the others' rows stay."""
     forces, runs = [], []
+    if chosen:
+        forces, runs = ([table[~named(table).isin(chosen)]] for table in tables(name))
     settings = {"limit_s": LIMIT, "batch": BATCH, "material_of_the_rubber": MATERIAL}
     for case in cases:
         rows, figures = solved(case)
         forces.append(rows)
-        runs.append(figures)
+        runs.append(pd.DataFrame([figures]))
         print(", ".join(f"{name} {figure}" for name, figure in figures.items()), flush=True)
         write_table(f"{name}_forces", pd.concat(forces, ignore_index=True), **settings)
-        write_table(f"{name}_runs", pd.DataFrame(runs), **settings)
+        write_table(f"{name}_runs", pd.concat(runs, ignore_index=True), **settings)
+
+
+def named(table: pd.DataFrame) -> pd.Series:
+    """Each row's case as the arguments give it."""
+    return table["scene"] + ":" + table["mesh"] + ":" + table["mu"].map("{:g}".format)
 
 
 def tables(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -102,6 +114,7 @@ def solved(case: Case) -> tuple[pd.DataFrame, dict[str, object]]:
         "fem_wall_s": sum(each.wall for each in done),
         "increments": sum(each.increments for each in done),
         "iterations": sum(each.iterations for each in done),
+        "attempts": sum(each.attempts for each in done),
         "version": version(),
         "message": "; ".join(filter(None, (each.message for each in done))),
         "beam_s": one,
@@ -167,7 +180,8 @@ PLAN = f"""Eight-node plane-stress elements with NLGEOM, 0.1 mm wide and scaled 
 width, since CalculiX's expanded elements are too stiff with the real one; a jaw 1,000 times as
 stiff as the finger; all nodes of the target prescribed; contact from node to surface with a linear
 penalty, which for a jaw and a target that are both rigid is more accurate than from face to face;
-one step for the path, because CalculiX extrapolates within a step only. Friction is Coulomb's with
+one step for the path, because CalculiX extrapolates within a step only, and a second attempt with
+half the increments where it gives up or jumps to another branch. Friction is Coulomb's with
 a steep slope of sticking. At snapfit-corner's x_c = 0.057924 m the force jumps, and the position
 beyond has a path of its own. The rubber is {MATERIAL}'s hyperelastic law; with linear elasticity
 and NLGEOM (St Venant-Kirchhoff) it collapses in compression at the clamp beyond φ = 93°. Its

@@ -16,8 +16,11 @@ from .model import Model
 from .rubber import rubber
 from .snapfit import Fineness, snapfit
 
+RUBBER = "rubber-ellipse"
 SMALL = "rubber-ellipse, small"
 """The scene of data/fem_ellipse.csv."""
+DEGREES = (78.0, 84.0, 90.0, 96.0, 102.0, 108.0, 114.0, 120.0, 126.0)
+"""Where the shipped rubber scene is compared."""
 MATERIAL = "Ciarlet"
 MESHES = {
     "snapfit-circle": {
@@ -31,13 +34,20 @@ MESHES = {
         "fine": Fineness(56, 3, 0.2, 1e4),
     },
     SMALL: {
-        "coarse": Fineness(12, 2, 4.0, 100.0),
-        "medium": Fineness(18, 2, 4.0, 100.0),
-        "fine": Fineness(24, 3, 4.0, 100.0),
+        "coarse": Fineness(12, 2, 4.0, 10.0),
+        "medium": Fineness(18, 2, 4.0, 10.0),
+        "fine": Fineness(24, 3, 4.0, 10.0),
     },
+    RUBBER: {"coarse": Fineness(12, 2, 5.0, 10.0)},
 }
-FRICTION = {"snapfit-circle": (0.0, 0.2, 0.4), "snapfit-corner": (0.0, 0.2, 0.4), SMALL: (0.0,)}
-IN_MM, IN_DEGREES = Increments(0.02, 0.5), Increments(0.1, 2.0)
+"""Of the shipped rubber scene finer meshes do not get beyond 98 degrees."""
+FRICTION = {
+    "snapfit-circle": (0.0, 0.2, 0.4),
+    "snapfit-corner": (0.0, 0.2, 0.4),
+    SMALL: (0.0,),
+    RUBBER: (0.0,),
+}
+IN_MM, IN_DEGREES = Increments(0.02, 0.5), Increments(0.1, 1.0)
 CIRCLE_FROM, CORNER_FROM = 0.0783, 0.0745
 """Where the targets begin, m: just before first touch."""
 PASSED = 0.0575
@@ -57,6 +67,11 @@ class Case:
     mesh: str
     mu: float
     penalty: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """As the study's arguments give it."""
+        return f"{self.scene}:{self.mesh}:{self.mu:g}"
 
     @property
     def fineness(self) -> Fineness:
@@ -79,8 +94,11 @@ class Case:
         return fastncm.load_scene("rubber-ellipse").replace(small | changes)
 
     def reference(self) -> pd.DataFrame:
-        """Positions (m or rad) and forces that the answers are compared with; without a row for
-        this friction, the positions alone."""
+        """Positions (m or rad) and forces that the answers are compared with; without forces for
+        this scene and friction, the positions alone."""
+        unknown = {"force_x_N": np.nan, "force_y_N": np.nan}
+        if self.scene == RUBBER:
+            return pd.DataFrame({"position": np.radians(DEGREES), **unknown})
         if self.scene == SMALL:
             rows = pd.read_csv(DATA / "fem_ellipse.csv").query("material == 'Hencky'")
             return rows.assign(position=np.radians(rows["phi_deg"])).reset_index(drop=True)
@@ -89,13 +107,13 @@ class Case:
         rows = rows.assign(position=rows["position_m"])
         known = rows[rows["mu"] == self.mu]
         if len(known) == 0:
-            known = rows[rows["mu"] == 0.0].assign(force_x_N=np.nan, force_y_N=np.nan)
+            known = rows[rows["mu"] == 0.0].assign(**unknown)
         return known.reset_index(drop=True)
 
     def paths(self) -> Iterator[tuple[Model, Increments]]:
         """Models whose positions, one after another, are those of the reference."""
         at = self.reference()["position"].to_numpy()
-        if self.scene == SMALL:
+        if self.scene in (SMALL, RUBBER):
             yield rubber(self.beam(), self.fineness, np.degrees(at), MATERIAL), IN_DEGREES
             return
         start = CIRCLE_FROM if self.scene == "snapfit-circle" else CORNER_FROM
@@ -107,11 +125,11 @@ class Case:
 
 
 def all_cases() -> list[Case]:
-    """Every scene, mesh and friction, the coarse meshes first."""
+    """Every scene, mesh and friction."""
     return [
         Case(scene, mesh, mu)
-        for mesh in ("coarse", "medium", "fine")
-        for scene in MESHES
+        for scene, meshes in MESHES.items()
+        for mesh in meshes
         for mu in FRICTION[scene]
     ]
 

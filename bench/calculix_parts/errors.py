@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 MODELS = "equilibrium", "recovered"
+GRADES = {"coarse": 0, "medium": 1, "fine": 2}
 AGAINST = "reference", *MODELS
 
 
@@ -30,6 +31,6 @@ def largest(forces: pd.DataFrame, by: list[str]) -> pd.DataFrame:
 
 
 def finest(forces: pd.DataFrame) -> pd.DataFrame:
-    """The rows of each scene's last mesh."""
-    last = forces.groupby("scene", sort=False)["mesh"].transform("last")
-    return forces[forces["mesh"] == last]
+    """The rows of each scene's finest mesh."""
+    grade = forces["mesh"].map(GRADES)
+    return forces[grade == grade.groupby(forces["scene"]).transform("max")]

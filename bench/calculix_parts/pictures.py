@@ -7,10 +7,14 @@ from support import RESULTS, ROOT
 
 from fastncm.plot.style import empty_figure, legend, open_frame, save
 
+from .cases import SMALL
 from .errors import finest, largest, with_differences
 
 COLOURS = {0.0: "#1b2a49", 0.2: "#1e7d3c", 0.4: "#c0392b"}
-MARKERS = {"snapfit-circle": "o", "snapfit-corner": "s", "rubber-ellipse, small": "^"}
+MARKERS = {"snapfit-circle": "o", "snapfit-corner": "s", SMALL: "^"}
+
+KINDS = "beam", "CalculiX", "recovered"
+"""The columns of the legend."""
 
 
 def draw(forces: pd.DataFrame, runs: pd.DataFrame) -> None:
@@ -21,7 +25,7 @@ def draw(forces: pd.DataFrame, runs: pd.DataFrame) -> None:
 
 def over_the_path(forces: pd.DataFrame) -> None:
     """Forces of the finest meshes and of the beam, and their differences."""
-    figure = empty_figure(10.0, 5.4)
+    figure = empty_figure(11.0, 5.6)
     scenes = list(dict.fromkeys(forces["scene"]))
     axes = figure.subplots(2, len(scenes), height_ratios=[2.0, 1.2], sharex="col", squeeze=False)
     for column, scene in enumerate(scenes):
@@ -30,8 +34,10 @@ def over_the_path(forces: pd.DataFrame) -> None:
         _differences(axes[1, column], scene, rows)
     axes[0, 0].set_ylabel("force on the finger / N")
     axes[1, 0].set_ylabel("beam against CalculiX / %")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+    drawn = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels()), strict=True))
+    labels = [name for kind in KINDS for name in drawn if name.startswith(kind)]
+    handles = [drawn[name] for name in labels]
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     print(f"\n{save(figure, RESULTS / 'calculix_forces.png').relative_to(ROOT)}")
 
 
@@ -95,8 +101,8 @@ def _beam_error(forces: pd.DataFrame, scene: str, mu: float) -> float:
 
 def _axis(scene: str, rows: pd.DataFrame) -> np.ndarray:
     """Positions in degrees or mm."""
-    turned = scene.startswith("rubber")
-    return np.degrees(rows["position"]) if turned else 1e3 * rows["position"].to_numpy()
+    position = rows["position"].to_numpy()
+    return np.degrees(position) if scene.startswith("rubber") else 1e3 * position
 
 
 def _size(rows: pd.DataFrame, name: str) -> np.ndarray:

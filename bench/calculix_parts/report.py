@@ -73,11 +73,15 @@ def sensitivity(forces: pd.DataFrame, runs: pd.DataFrame) -> str:
     size = np.hypot(forces["fem_x_N"], forces["fem_y_N"])
     by_penalty = size.groupby(forces["penalty"], sort=True)
     own = by_penalty.get_group(1.0).to_numpy()
-    said = [
-        f"{factor:g} times the penalty by {100 * abs(some.to_numpy() / own - 1.0).max():.2f} %"
-        for factor, some in by_penalty
-        if factor != 1.0
-    ]
+    said = []
+    for factor, some in by_penalty:
+        if factor != 1.0:
+            off = abs(some.to_numpy() / own - 1.0)
+            reached = np.isfinite(off)
+            said.append(
+                f"{factor:g} times the penalty by {100 * off[reached].max():.2f} % "
+                f"({reached.sum()} of {len(off)} positions reached)"
+            )
     first = runs.iloc[0]
     return (
         f"Sensitivity to the penalty ({first['scene']}, {first['mesh']}, μ = {first['mu']:g}): the "

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,9 @@ from .deck import Increments, deck
 from .model import SLICE, Model
 
 PROGRAM = "ccx"
+STRAYED = 0.1
+"""A force that leaves the range of its neighbours along the path by more than this part of itself
+belongs to another equilibrium, which a large increment has thrown the finger into."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class Run:
     """Time by the clock, s."""
     increments: int
     iterations: int
+    attempts: int
     message: str
     """Its last words where it has given up, else empty."""
 
@@ -45,7 +49,24 @@ def version() -> str:
 
 
 def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
-    """Solve the model's path, in at most `limit` seconds by the clock."""
+    """Solve the model's path, in at most `limit` seconds by the clock; where CalculiX gives up or
+    strays, once more with half the increments. The cost is that of both attempts."""
+    first = _attempt(model, mu, increments, limit)
+    if not first.message:
+        return first
+    half = Increments(0.5 * increments.first, 0.5 * increments.largest)
+    second = _attempt(model, mu, half, limit)
+    return replace(
+        second,
+        seconds=first.seconds + second.seconds,
+        wall=first.wall + second.wall,
+        increments=first.increments + second.increments,
+        iterations=first.iterations + second.iterations,
+        attempts=2,
+    )
+
+
+def _attempt(model: Model, mu: float, increments: Increments, limit: float) -> Run:
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -76,8 +97,20 @@ def run(model: Model, mu: float, increments: Increments, limit: float) -> Run:
         wall=wall,
         increments=len(re.findall(r"^ increment \d+ attempt 1 *$", said, re.MULTILINE)),
         iterations=len(re.findall(r"^ iteration \d+ *$", said, re.MULTILINE)),
-        message=message or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
+        attempts=1,
+        message=message
+        or strayed(forces)
+        or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
     )  # fmt: skip
+
+
+def strayed(forces: np.ndarray) -> str:
+    """What to say where a force (positions, 2) is on another branch than its neighbours."""
+    before, here, after = forces[:-2], forces[1:-1], forces[2:]
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    off = np.maximum(low - here, here - high).max(axis=1)
+    places = np.flatnonzero(off > STRAYED * np.hypot(*here.T)) + 1
+    return f"on another branch at position {places[0]}" if len(places) else ""
 
 
 def totals(file: Path) -> np.ndarray:
