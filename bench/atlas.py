@@ -12,28 +12,22 @@ solved again in other ways to see whether there is one.
 
 import time
 
-import extremes
 import numpy as np
 import pandas as pd
 from support import atlas_grids, atlas_pictures, atlas_runs, markdown_table, read_table, write_table
+from support.atlas_runs import extremes
 
-JAW_BLOCKS = 1
-"""Blocks of 1,000 scenes of each of the six kinds of jaws: 17 are 100,000 scenes and an hour."""
-SIDE_SCENES = 1_000
+JAW_SCENES = 150
+"""Scenes of each of the six kinds of jaws; 17,000 are 100,000 in all and take an hour or two."""
+SIDE_SCENES = 300
 """Scenes of each of the four kinds of direct contact."""
-SHOT_BLOCKS = JAW_BLOCKS
-"""Blocks whose answers are compared with shooting."""
-FINER_SCENES = 100
+FINER_SCENES = 40
 """Scenes of each kind of direct contact that are compared with finer ones."""
-RETRIED = 15
-"""Failed rows with friction of each kind that are tried again in other ways; without: all."""
+RETRIED = 4
+"""Failed rows of each kind, with friction and without, that are tried again in other ways."""
 WRONG = 10.0
 """Times the estimate."""
-JAW_RETRIES = (
-    {"path.steps": 400},
-    {"path.steps": 100, "solver.order": 16},
-    {"path.steps": 2000, "solver.order": 10},
-)
+JAW_RETRIES = ({"path.steps": 200}, {"path.steps": 60, "solver.order": 12})
 
 
 def main() -> None:
@@ -62,24 +56,26 @@ def draw() -> None:
 def run_jaws(kind: str) -> pd.DataFrame:
     """The deepest rows of all scenes of a kind, with true errors where they were shot."""
     found = []
-    for block in range(JAW_BLOCKS):
-        last = atlas_runs.last_rows(atlas_runs.run_block(kind, block))
-        if block < SHOT_BLOCKS:
-            shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, block, last))
-            columns = ["index", "error", "rounding", "found", "judge"]
-            last = last.merge(shot[columns], on="index", how="left")
-        found.append(last)
+    for block, count in _blocks(JAW_SCENES):
+        last = atlas_runs.last_rows(atlas_runs.run_block(kind, block, count))
+        shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, block, last))
+        columns = ["index", "error", "rounding", "found", "judge"]
+        found.append(last.merge(shot[columns], on="index", how="left"))
         print(kind, block, last["status"].value_counts().to_dict(), flush=True)
     return pd.concat(found, ignore_index=True)
+
+
+def _blocks(scenes: int) -> list[tuple[int, int]]:
+    """Blocks and how many of each one's scenes are used."""
+    size = extremes.BLOCK
+    return [(i, min(size, scenes - i * size)) for i in range(-(-scenes // size))]
 
 
 def run_sides(kind: str) -> pd.DataFrame:
     """The same for direct contact, true errors by finer intervals."""
     found = []
-    for first in range(0, SIDE_SCENES, extremes.BLOCK):
-        count = min(extremes.BLOCK, SIDE_SCENES - first)
-        table = atlas_runs.run_block(kind, first // extremes.BLOCK, count)
-        found.append(atlas_runs.last_rows(table))
+    for block, count in _blocks(SIDE_SCENES):
+        found.append(atlas_runs.last_rows(atlas_runs.run_block(kind, block, count)))
     last = pd.concat(found, ignore_index=True)
     print(kind, last["status"].value_counts().to_dict(), flush=True)
     return last.merge(atlas_runs.refine(last.head(FINER_SCENES)), on="index", how="left")
@@ -90,8 +86,7 @@ def retry(jaws: pd.DataFrame) -> pd.DataFrame:
     answer."""
     failed = jaws[~jaws["status"].isin(atlas_runs.SOLVED)]
     rubs = failed["friction.mu"] > 0.0
-    some = failed[rubs].groupby("kind").head(RETRIED)
-    chosen = pd.concat([failed[~rubs], some]).sort_values(["kind", "index"])
+    chosen = failed.groupby([failed["kind"], rubs], sort=False).head(RETRIED)
     solved_by = []
     for kind, index in zip(chosen["kind"], chosen["index"], strict=True):
         solved_by.append(atlas_runs.retry(kind, int(index), JAW_RETRIES))

@@ -32,9 +32,9 @@ BEYOND = 3
 _EXTRA = 24
 #: Tapers up to these powers of 2 (either way) share a quadrature, made for the last of them: it
 #: follows the angle where the finger is thin. The first one is the plain rule.
-_GRADES = (1.0, 2.0, 4.0, 7.0, 10.0, 20.0, 40.0, 1100.0)
+_GRADES = (0.25, 1.0, 2.0, 4.0, 7.0, 10.0, 20.0, 1100.0)
 #: Further Gauss points of each.
-_GRADE_POINTS = (0, 2, 4, 6, 8, 12, 16, 16)
+_GRADE_POINTS = (0, 2, 2, 4, 6, 8, 12, 16)
 
 
 class Quadrature(NamedTuple):
