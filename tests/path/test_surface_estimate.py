@@ -54,3 +54,15 @@ def test_never_below_the_true_error_and_seldom_far_above(changes: dict) -> None:
         assert np.median(ratio) <= 40.0, intervals
         # against the largest error along the path, which does not swing through zero
         assert solved.estimate.max() <= 80.0 * error.max(), intervals
+
+
+@pytest.mark.parametrize(("intervals", "points"), [(45, 90), (90, 1440), (360, 360), (360, 1440)])
+def test_points_of_the_target_are_estimated_too(intervals: int, points: int) -> None:
+    """Also where they are much denser than the sections on which their forces act."""
+    truth = path({}, TRUTH)
+    size = np.linalg.norm(truth.force, axis=1)
+    form = {"solver.contact": "points-on-target", "solver.points": points}
+    solved = path(form, intervals)
+    error = np.linalg.norm(solved.force - truth.force, axis=1) / size
+    assert (solved.estimate >= error).all()
+    assert np.median(solved.estimate / error) <= 40.0
