@@ -21,7 +21,7 @@ from support import markdown_table, read_table, write_table
 
 import fastncm
 
-LIMIT = 600.0
+LIMIT = 300.0
 """Seconds by the clock after which a run is given up."""
 ROUNDS = 20
 BATCH = 1000
