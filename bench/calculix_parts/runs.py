@@ -90,6 +90,9 @@ def _attempt(model: Model, mu: float, increments: Increments, limit: float) -> R
         found = totals(folder / "job.dat")
     forces = np.full((len(model.times), 2), np.nan)
     forces[: len(found)] = -found * model.width / SLICE
+    message = message or strayed(forces) or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:])
+    if len(found) < len(forces):
+        message = message or "stopped without a word"
     return Run(
         forces=forces,
         seconds=after.children_user + after.children_system
@@ -98,9 +101,7 @@ def _attempt(model: Model, mu: float, increments: Increments, limit: float) -> R
         increments=len(re.findall(r"^ increment \d+ attempt 1 *$", said, re.MULTILINE)),
         iterations=len(re.findall(r"^ iteration \d+ *$", said, re.MULTILINE)),
         attempts=1,
-        message=message
-        or strayed(forces)
-        or " ".join(re.findall(r"\*ERROR:? *(.*)", said)[-1:]),
+        message=message,
     )  # fmt: skip
 
 
