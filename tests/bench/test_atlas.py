@@ -17,7 +17,7 @@ import fastncm
 
 pytestmark = pytest.mark.compiled
 
-JAWS = 34
+JAWS = 20
 SIDES = 5
 CASES = {
     "uniform": {},
