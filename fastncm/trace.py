@@ -155,8 +155,8 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
 
 def _failed(trace: Trace) -> Array:
     """The designs (D,) with a row that is not solved."""
-    failed: Array = np.asarray((trace.rows[:, :, rows.STATUS] > status.NO_CONTACT).any(axis=1))
-    return failed
+    worst: Array = trace.rows[:, :, rows.STATUS].max(axis=1)
+    return worst > status.NO_CONTACT
 
 
 def _replace(trace: Trace, second: Trace, designs: Array) -> None:
