@@ -63,7 +63,7 @@ def failures(runs: pd.DataFrame) -> str:
         return "CalculiX has reached every position."
     return "\n".join(
         f"- {row.scene}, {row.mesh}, μ = {row.mu:g}: {row.reached} of {row.positions} positions "
-        f"({row.message or 'diverged and hung; ended by hand'})"
+        f"({row.message or 'stopped without a word'})"
         for row in short.itertuples()
     )
 
