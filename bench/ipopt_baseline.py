@@ -4,7 +4,7 @@ The scene's description is the only thing taken from the package. The discretisa
 nodes i = 0 ... N, equal intervals h = L/N; psi_i at nodes (psi_0 = phi), gamma_i at midpoints,
 
     r_i = r_(i-1) + h (cos, sin)((psi_(i-1) + psi_i)/2 + gamma_i),   r_0 = offset (cos, sin)(phi),
-    V   = 1/2 sum_i [E I (psi_i - psi_(i-1))^2 / h + kappa G A h gamma_i^2],  I, A at midpoints,
+    V   = 1/2 sum_i [E I (psi_i - psi_(i-1))^2 / h + kappa G A h gamma_i^2],  1/I, 1/A means,
     p_i = r_i +- w_i/2 (sin, -cos)(section_i),                        + for the right side,
 
 and every p_i but the clamp's, which cannot move, stays outside the target: a level function
@@ -24,6 +24,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 import pandas as pd
+from support.profiles_of_thickness import mean_thickness
 
 from fastncm.scene import Scene
 
@@ -63,17 +64,17 @@ class Baseline:
         clamp = thickness[1, 0]
         stiffness = finger.young * finger.width * clamp**3 / 12.0
         self.force = stiffness / finger.length**2
-        middle = np.interp((np.arange(n) + 0.5) * h, *thickness)
+        bent, sheared = mean_thickness(thickness, n, 3), mean_thickness(thickness, n, 1)
 
         phi, target_x, target_y = (ca.MX.sym(name) for name in ("phi", "x", "y"))
         psi, gamma, x, y = (ca.MX.sym(name, n) for name in ("psi", "gamma", "x", "y"))
         nodal = ca.vertcat(phi, psi)
         theta = (nodal[:-1] + nodal[1:]) / 2 + gamma
         cos, sin = ca.cos(theta), ca.sin(theta)
-        energy = ca.sum1((middle / clamp) ** 3 * (nodal[1:] - nodal[:-1]) ** 2) / (2 * h)
+        energy = ca.sum1((bent / clamp) ** 3 * (nodal[1:] - nodal[:-1]) ** 2) / (2 * h)
         if scene.model.shear:
             modulus = finger.shear_modulus or finger.young / (2 * (1 + finger.poisson))
-            shear = finger.shear_correction * modulus * finger.width * middle / self.force
+            shear = finger.shear_correction * modulus * finger.width * sheared / self.force
             energy += ca.sum1(shear * gamma**2) * h / 2
         start = ca.vertcat(ca.cos(phi), ca.sin(phi)) * (finger.offset / finger.length)
         fields = [psi, gamma] if scene.model.shear else [psi]

@@ -140,6 +140,7 @@ def _problem(scene: Scene, different: Array, sense: Array, positions: Array | No
     count, intervals = len(different), scene.solver.intervals
     s = np.linspace(0.0, 1.0, intervals + 1)
     node, middle = _thickness(scene, ratio, length, s)
+    bent, sheared = _flexibilities(scene, node, length, s)
     left = scene.finger.side == "left"
     half = (0.5 if left else -0.5) * slenderness[:, None] * node
     if scene.model.surface == "axis":
@@ -162,9 +163,9 @@ def _problem(scene: Scene, different: Array, sense: Array, positions: Array | No
     return NodalProblem(
         step=np.full(intervals, 1.0 / intervals),
         arc=s,
-        bending=middle**3 * intervals,
-        flexibility=1.0 / (middle**3 * intervals),
-        shear_flexibility=shear[:, None] / middle * intervals,
+        bending=intervals / bent,
+        flexibility=bent / intervals,
+        shear_flexibility=shear[:, None] * sheared * intervals,
         thickness=middle,
         offset=np.column_stack([half, -half[:, -1]]),
         nodes_touch=int(scene.solver.contact != "points-on-target"),
@@ -192,6 +193,32 @@ def _thickness(scene: Scene, ratio: Array, length: Array, s: Array) -> tuple[Arr
     node = np.array([np.interp(s * one, at, w) for one in length]) / w[0]
     between = np.array([np.interp(middle * one, at, w) for one in length]) / w[0]
     return node, between
+
+
+def _flexibilities(scene: Scene, node: Array, length: Array, s: Array) -> tuple[Array, Array]:
+    """Means over each interval (D, N) of ``1 / w^3`` and ``1 / w``, exact for a thickness that is
+    linear between its stations: on a steep taper an interval's thin end gives nearly all of it."""
+    if scene.finger.profile is None:
+        return _piece(node[:, :-1], node[:, 1:])
+    bent, sheared = np.empty((2, len(length), len(s) - 1))
+    at, w = np.array(scene.finger.profile).T
+    for d, one in enumerate(length):
+        ends = np.union1d(s, at / one)
+        ends = ends[ends <= 1.0]
+        thickness = np.interp(ends * one, at, w) / w[0]
+        share = np.diff(ends) * (len(s) - 1)
+        interval = np.clip(np.searchsorted(s, ends[:-1], "right") - 1, 0, len(s) - 2)
+        for out, mean in zip((bent, sheared), _piece(thickness[:-1], thickness[1:]), strict=True):
+            out[d] = np.bincount(interval, weights=share * mean, minlength=len(s) - 1)
+    return bent, sheared
+
+
+def _piece(w0: Array, w1: Array) -> tuple[Array, Array]:
+    """Means of ``1 / w^3`` and ``1 / w`` where w goes linearly from w0 to w1."""
+    grown = w1 / w0 - 1.0
+    even = grown == 0.0
+    sheared = np.where(even, 1.0, np.log1p(grown) / np.where(even, 1.0, grown)) / w0
+    return (w0 + w1) / (2.0 * w0**2 * w1**2), sheared
 
 
 def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Array:

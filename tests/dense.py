@@ -8,11 +8,13 @@ section a target's point acts on are taken.
 from dataclasses import dataclass
 
 import numpy as np
+from entrance import entrance
 
-from fastncm.kernels.distance import distance
+from fastncm.kernels import distance as distances
 from fastncm.kernels.nodal import Nodal, NodalProblem
 
 STEP = 1e-5
+distance = entrance(distances.distance)
 
 
 @dataclass(frozen=True)

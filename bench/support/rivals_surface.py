@@ -21,6 +21,7 @@ from scipy.linalg import block_diag, eigh
 from scipy.optimize import NonlinearConstraint, minimize
 
 from fastncm.scene import Pose, Scene
+from support.profiles_of_thickness import mean_thickness
 
 Method = Literal["SLSQP", "trust-constr"]
 ITERATIONS = {"SLSQP": 500, "trust-constr": 3000}
@@ -39,19 +40,20 @@ class SurfaceRival:
         self.scene, self.method, self.tolerance = scene, method, tolerance
         h, self.length = 1.0 / n, finger.length
         stations = np.array(finger.stations).T
-        middle = np.interp((np.arange(n) + 0.5) * h * self.length, *stations)
+        places = stations[0] / self.length, stations[1]
+        bent, sheared = (mean_thickness(np.array(places), n, power) for power in (3, 1))
         node = np.interp(np.arange(1, n + 1) * h * self.length, *stations)
         clamp = stations[1, 0]
         self.unit = finger.young * finger.width * clamp**3 / 12.0 / self.length**2
         modulus = finger.shear_modulus or finger.young / (2 * (1 + finger.poisson))
-        shear = finger.shear_correction * modulus * finger.width * middle / self.unit
+        shear = finger.shear_correction * modulus * finger.width * sheared / self.unit
         self.half = node / (2 * self.length) * (1.0 if finger.side == "right" else -1.0)
         self.axes = np.array(scene.target.semi_axes) / self.length
         self.offset = finger.offset / self.length
 
         mean = 0.5 * (np.eye(n) + np.eye(n, k=-1))  # psi_0 = 0
         change = np.eye(n) - np.eye(n, k=-1)
-        bending = change.T @ ((middle / clamp)[:, None] ** 3 / h * change)
+        bending = change.T @ ((bent / clamp)[:, None] ** 3 / h * change)
         if printed:
             means = 0.5 * (np.eye(n, n + 1) + np.eye(n, n + 1, k=1))
             shearing = means.T @ ((shear * h)[:, None] * means)

@@ -151,8 +151,9 @@ _OPTIONS: dict[str, Any] = {
     "nogil": True,
     # lets divisions vectorise
     "error_model": "numpy",
-    # sums may be reordered and multiplications fused; NaN and infinity stay honest
-    "fastmath": {"reassoc", "contract", "nsz", "arcp"},
+    # multiplications may be fused; sums keep their order, else the first lanes, whose part of a loop
+    # LLVM peels off, would differ from the others in the last digit; NaN and infinity stay honest
+    "fastmath": {"contract", "nsz", "arcp"},
 }
 
 
@@ -198,8 +199,3 @@ def inlined(function: Callable[..., Any]) -> Any:
     of the whole state that are called in one place: to hand over 70 arrays costs 6 ns a design.
     """
     return _compile(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
-
-
-def inlined_in_order(function: Callable[..., Any]) -> Any:
-    """Like `inlined`, for arithmetic whose order matters: sums are not reordered."""
-    return _compile(function, _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})

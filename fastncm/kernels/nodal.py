@@ -33,9 +33,10 @@ class NodalProblem(NamedTuple):
     """D fingers in direct contact that share the number of intervals N and the kind of target.
 
     step: (N,) lengths h of the intervals; arc: (N + 1,) s of the nodes. bending: (D, N) B / h;
-    flexibility: (D, N) h / B; shear_flexibility: (D, N) 1 / (C h), 0 without shear, with B and C at
-    midpoints. thickness: (D, N) w / w_clamp there. offset: (D, N + 2) rho, half the thickness with
-    its sign (positive: left; 0 where the axis touches). nodes_touch: 1 where the nodes are contact
+    flexibility: (D, N) h / B; shear_flexibility: (D, N) 1 / (C h), 0 without shear, with the means
+    of 1 / B and 1 / C over the interval. thickness: (D, N) w / w_clamp in the middle. offset: (D, N
+    + 2) rho, half the thickness with its sign (positive: left; 0 where the axis touches).
+    nodes_touch: 1 where the nodes are contact
     points; points: (D, M, 2) of the target, in its own frame, that are. vertices: (D, V, 2), shape:
     of the target (`kernels.distance`). positions: (D, P), in the order to solve; placement: (D, P,
     3) of the target in the base's frame there; motion: (D, P, 3), its derivative along the way, in

@@ -6,7 +6,7 @@ reduction with the minimax coefficients of Cephes (S. Moshier) runs on all lanes
 
 import numpy as np
 
-from fastncm.kernels.cache import inlined_in_order
+from fastncm.kernels.cache import inlined
 
 _TWO_OVER_PI = 0.6366197723675814
 # pi/2 in three parts (fdlibm, s_rem_pio2.c): products of the first two with integers below 2^20 are
@@ -16,7 +16,7 @@ _HALF_PI_2 = 6.07710050630396597660e-11
 _HALF_PI_3 = 2.02226624871116645580e-21
 
 
-@inlined_in_order
+@inlined
 def sincos(x):
     """Sine and cosine of one angle (rad). Returns ``(sin x, cos x)``, error below 2.3e-16."""
     n = np.floor(x * _TWO_OVER_PI + 0.5)
