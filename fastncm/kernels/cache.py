@@ -151,8 +151,8 @@ _OPTIONS: dict[str, Any] = {
     "nogil": True,
     # lets divisions vectorise
     "error_model": "numpy",
-    # multiplications may be fused; sums keep their order, else the first lanes, whose part of a loop
-    # LLVM peels off, would differ from the others in the last digit; NaN and infinity stay honest
+    # multiplications may be fused; sums keep their order, else the first lanes, whose part of a
+    # loop LLVM peels off, differ from the others in the last digit; NaN and infinity stay honest
     "fastmath": {"contract", "nsz", "arcp"},
 }
 

@@ -84,7 +84,7 @@ def _estimate(problem, d, work, normal, residual):
         if state.force[k] > 0.0:
             bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
             held_off = max(held_off, 0.125 * abs(bend))
-    shortened, missed, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0
+    shortened, missed, uneven, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(1, work.size[0] + 1):
         turned = state.psi[i] - state.psi[i - 1]
         shortened += problem.step[i - 1] * turned * turned / 24.0
@@ -92,6 +92,9 @@ def _estimate(problem, d, work, normal, residual):
         if i > 2:
             missed += abs(bent - 2.0 * last + before) / 24.0
         before, last = last, bent
+        # the moment is not the same all over an interval: nor then is the mean of its flexibility
+        middle = problem.step[i - 1] / problem.thickness[d, i - 1] ** 3
+        uneven += bent * abs(1.0 - middle / problem.flexibility[d, i - 1])
         energy += bent
     for k in range(intervals + 2, len(state.gap)):
         if state.force[k] > 0.0:  # its force acts on the section beside it, short of some shear
@@ -101,7 +104,8 @@ def _estimate(problem, d, work, normal, residual):
             shortened += state.force[k] * beside * give
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
-    change = stiffness * moved + normal * missed / energy + misplaced_forces(problem, state)
+    change = stiffness * moved + normal * (missed + uneven) / energy
+    change += misplaced_forces(problem, state)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 

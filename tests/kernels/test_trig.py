@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from entrance import entrance
 
-from fastncm.kernels.trig import sincos
+from fastncm.kernels import trig
 
+sincos = entrance(trig.sincos)
 ERROR = 5e-16
 """Allowed absolute error; that of the C library is below 1.1e-16."""
 
