@@ -194,12 +194,13 @@ def _failures(failed: pd.DataFrame) -> str:
 
 
 def _grid(grid: pd.DataFrame) -> str:
-    head = ["grid", "rows", "failed", "largest error over estimate", "largest error"]
+    head = ["grid", "rows", "failed", "not closed", "largest error over estimate", "largest error"]
     rows = []
     for name, part in grid.groupby("grid", sort=False):
         solved = part[part["status"] == "converged"]
         ratio = (solved["error"] - solved["rounding"]).clip(lower=0.0) / solved["error_estimate"]
-        rows.append([str(name), str(len(part)), str(len(part) - len(solved)), f"{ratio.max():.2g}",
+        rows.append([str(name), str(len(part)), str(len(part) - len(solved)),
+                     str(solved["error"].isna().sum()), f"{ratio.max():.2g}",
                      f"{solved['error'].max():.1e}"])  # fmt: skip
     return markdown_table(head, rows)
 
