@@ -200,6 +200,7 @@ def headlines() -> list[str]:
     forces, runs = tables("calculix")
     last = finest(forces)
     rubbing = largest(last[last["mu"] == forces["mu"].max()], ["scene"])
+    runs = runs[runs["reached"] == runs["positions"]]
     ratio = runs["fem_s"] / runs["beam_s"]
     said = ", ".join(
         f"{row['scene']} {row['equilibrium_size_%']:.2f} % (recovered rule "

@@ -57,9 +57,9 @@ VARIANTS = {
     ),
     "far nodes, and the straight part beyond the last contact": (
         "rubber",
-        "sqp/surface.py",
-        r"\n_NEAR = [0-9.e-]+\n",
-        "\n_NEAR = 1e9\n",
+        "sqp/surface_state.py",
+        r"\nNEAR = [0-9.e-]+\n",
+        "\nNEAR = 1e9\n",
         "the build has all nodes in every subproblem",
     ),
 }
