@@ -28,7 +28,7 @@ def announce_compiling(scene: "Scene") -> None:
     from fastncm.kernels.cache import is_cold
 
     if is_cold(scene.jaw is not None):
-        print("compiling the solver (first use only, one to two minutes) ...", file=sys.stderr)
+        print("compiling the solver (first use only, one to three minutes) ...", file=sys.stderr)
 
 
 def print_curve(curve: "Curve") -> None:
