@@ -24,6 +24,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 import pandas as pd
+from support.ipopt_options import OPTIONS, WARM_START
 from support.profiles_of_thickness import mean_thickness
 
 from fastncm.scene import Scene
@@ -33,23 +34,6 @@ Form = Literal["sparse", "reduced"]
 TOLERANCE = 1e-11
 #: A node touches where its multiplier exceeds this part of the largest one: IPOPT's are never 0.
 TOUCHING = 1e-4
-#: What made IPOPT quickest here: warm starts from both solution and multipliers, the barrier
-#: parameter chosen by itself (8 iterations a solve instead of 11), expressions written out.
-OPTIONS = {
-    "expand": True,
-    "print_time": False,
-    "ipopt.print_level": 0,
-    "ipopt.sb": "yes",
-    "ipopt.max_iter": 2000,
-    "ipopt.bound_relax_factor": 0.0,  # else constraints are violated by 1e-8
-}
-WARM_START = {
-    "ipopt.mu_strategy": "adaptive",
-    "ipopt.warm_start_init_point": "yes",
-    "ipopt.warm_start_bound_push": 1e-8,
-    "ipopt.warm_start_mult_bound_push": 1e-8,
-    "ipopt.warm_start_slack_bound_push": 1e-8,
-}
 
 
 class Baseline:

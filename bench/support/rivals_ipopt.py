@@ -12,24 +12,10 @@ import numpy as np
 
 from support import rivals_problem as rp
 from support import shooting
+from support.ipopt_options import OPTIONS, WARM_START
 from support.rivals import Answer, extrapolated
 
-OPTIONS = {
-    "expand": True,
-    "print_time": False,
-    "ipopt.print_level": 0,
-    "ipopt.sb": "yes",
-    "ipopt.max_iter": 500,
-    "ipopt.bound_relax_factor": 0.0,  # else constraints are violated by 1e-8
-}
-WARM_START = {
-    "ipopt.mu_strategy": "adaptive",
-    "ipopt.warm_start_init_point": "yes",
-    "ipopt.warm_start_bound_push": 1e-8,
-    "ipopt.warm_start_mult_bound_push": 1e-8,
-    "ipopt.warm_start_slack_bound_push": 1e-8,
-}
-"""As in `ipopt_baseline.py`, where they were found to be the fastest."""
+MOST_ITERATIONS = {"ipopt.max_iter": 500}
 
 
 class IpoptRival:
@@ -92,6 +78,8 @@ def program(
             gap = sense * arm - numbers[rp.RHO]
         gap -= numbers[rp.RADIUS]
     energy = ca.dot(q, ca.mtimes(ca.DM(problem.stiffness), q)) / 2
-    options = OPTIONS | {f"ipopt.{name}tol": tolerance for name in ("", "constr_viol_")}
+    options = (
+        OPTIONS | MOST_ITERATIONS | {f"ipopt.{name}tol": tolerance for name in ("", "constr_viol_")}
+    )
     options |= WARM_START if warm else {}
     return ca.nlpsol("jaw", "ipopt", {"x": q, "p": numbers, "f": energy, "g": gap}, options)
