@@ -1,5 +1,6 @@
 """Helpers of the tests of direct contact: from a scene to solved rows, in few words."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,6 +28,15 @@ interpreted = pytest.mark.skipif(
     reason="functions of the whole state cannot be called from Python where they are compiled",
 )
 RUBBER = load_scene("rubber-ellipse")
+PLANE = {
+    "target.shape": "half-plane",
+    "target.tilt": math.pi / 2,
+    "path.kind": "translation",
+    "path.angle": 1.3,
+    "path.start": 0.06,
+    "path.stop": 0.0225,
+}
+"""A wall on the right of a finger that leans towards it: its tip touches first."""
 
 
 @dataclass(frozen=True)

@@ -6,21 +6,13 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from surfaces import PLANE
 
 import fastncm
 from fastncm.columns import CURVE_UNITS
 
 RUBBER = fastncm.load_scene("rubber-ellipse")
 DEGREES = np.array([120.0, 108.0, 96.0, 84.0])
-PLANE = {
-    "target.shape": "half-plane",
-    "target.tilt": math.pi / 2,
-    "path.kind": "translation",
-    "path.angle": 1.3,
-    "path.start": 0.06,
-    "path.stop": 0.0225,
-}
-"""A wall on the right of a finger that leans towards it: its tip touches first."""
 
 
 @pytest.fixture(scope="module")

@@ -4,23 +4,13 @@ The true error of a single position swings through zero as the contact passes fr
 that only its lower side can be asserted everywhere, and how far above it lies along a path.
 """
 
-import math
-
 import numpy as np
 import pytest
-from surfaces import Solved, solved_surface
+from surfaces import PLANE, Solved, solved_surface
 
 pytestmark = pytest.mark.compiled
 ANGLES = np.radians(np.linspace(125.3, 78.7, 14))
 TRUTH = 7680
-PLANE = {
-    "target.shape": "half-plane",
-    "target.tilt": math.pi / 2,
-    "path.kind": "translation",
-    "path.angle": 1.3,
-    "path.start": 0.06,
-    "path.stop": 0.0225,
-}
 VARIANTS = {
     "plain": {},
     "no shear": {"model.shear": False},
