@@ -35,6 +35,8 @@ _EXTRA = 24
 _GRADES = (0.25, 1.0, 2.0, 4.0, 7.0, 10.0, 20.0, 1100.0)
 #: Further Gauss points of each.
 _GRADE_POINTS = (0, 2, 2, 4, 6, 8, 12, 16)
+#: Gauss points at most.
+MAX_POINTS = MAX_ORDER + 3 + _GRADE_POINTS[-1]
 
 
 class Quadrature(NamedTuple):

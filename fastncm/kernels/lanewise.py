@@ -1,12 +1,12 @@
 """Products of small vectors and matrices, for `LANES` designs side by side."""
 
-from fastncm.kernels.cache import inlined
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
 _3, _4, _5 = (0,) * 3, (0,) * 4, (0,) * 5
 
 
-@inlined
+@inner
 def dot(one, other, out):
     """``out[lane] = sum_k one[k, lane] other[k, lane]``. one, other: (m, LANES); out: (LANES,).
 
@@ -36,7 +36,7 @@ def _dot(one, other, out, size):
         out[lane] = total
 
 
-@inlined
+@inner
 def multiply(matrix, vector, out):
     """``out = matrix vector``. matrix: (3, 3, LANES); vector, out: (3, LANES), not the same."""
     for i in range(3):

@@ -39,23 +39,6 @@ class Problem(NamedTuple):
     points: int
 
 
-class Basis(NamedTuple):
-    """Basis of the designs in the lanes; the lane is the last axis. m = bending + shear modes.
-
-    slope: (m, Q, LANES) d theta / du; end: (m, LANES) d psi_tip / du; beyond, beyond_end: the same
-    of the first modes that are left out, BEYOND of each field, for the error estimate; strain: (Q,
-    LANES) surface strain by a unit moment, (w0/w)^2, over that at the clamp; strain_end: (LANES,)
-    the same at the tip.
-    """
-
-    slope: np.ndarray
-    end: np.ndarray
-    beyond: np.ndarray
-    beyond_end: np.ndarray
-    strain: np.ndarray
-    strain_end: np.ndarray
-
-
 @kernel
 def mode_count(problem):
     """Unknowns of each design: bending modes, and as many shear modes where there is shear."""
@@ -69,8 +52,8 @@ def beyond_count(problem):
 
 
 @inner
-def fill_basis(problem, d, lane, basis):
-    """Write the tables of design `d` into `lane`.
+def fill_basis(problem, d, lane, lanes):
+    """Write the tables of design `d` into `lane` of `lanes` (`path.lanes`).
 
     The shear functions are divided by sqrt(kappa G A L^2 / E I), which makes them orthonormal in
     the energy.
@@ -79,26 +62,26 @@ def fill_basis(problem, d, lane, basis):
     tables = problem.profile
     points = tables.slope.shape[2]
     order = tables.slope.shape[1] - BEYOND
-    basis.strain_end[lane] = 1.0 / problem.ratio[d] ** 2
+    lanes.strain_end[lane] = 1.0 / problem.ratio[d] ** 2
     for q in range(points):
-        basis.strain[q, lane] = 1.0 / tables.area[p, q] ** 2
+        lanes.strain[q, lane] = 1.0 / tables.area[p, q] ** 2
     for k in range(order):
-        basis.end[k, lane] = tables.end[p, k]
+        lanes.end[k, lane] = tables.end[p, k]
         for q in range(points):
-            basis.slope[k, q, lane] = tables.slope[p, k, q]
+            lanes.slope[k, q, lane] = tables.slope[p, k, q]
     for k in range(BEYOND):
-        basis.beyond_end[k, lane] = tables.end[p, order + k]
+        lanes.beyond_end[k, lane] = tables.end[p, order + k]
         for q in range(points):
-            basis.beyond[k, q, lane] = tables.slope[p, order + k, q]
+            lanes.beyond[k, q, lane] = tables.slope[p, order + k, q]
     if tables.shear.shape[1] == 0:
         return
     scale = 1.0 / np.sqrt(problem.shear_stiffness[d])
     end = scale if problem.printed_section else 0.0
     for k in range(order):
-        basis.end[order + k, lane] = end * tables.shear_end[p, k]
+        lanes.end[order + k, lane] = end * tables.shear_end[p, k]
         for q in range(points):
-            basis.slope[order + k, q, lane] = scale * tables.shear[p, k, q]
+            lanes.slope[order + k, q, lane] = scale * tables.shear[p, k, q]
     for k in range(BEYOND):
-        basis.beyond_end[BEYOND + k, lane] = end * tables.shear_end[p, order + k]
+        lanes.beyond_end[BEYOND + k, lane] = end * tables.shear_end[p, order + k]
         for q in range(points):
-            basis.beyond[BEYOND + k, q, lane] = scale * tables.shear[p, order + k, q]
+            lanes.beyond[BEYOND + k, q, lane] = scale * tables.shear[p, order + k, q]

@@ -12,7 +12,7 @@ and of E I / L:
 All arrays carry the lane as their last axis; every inner loop runs over the lanes.
 """
 
-from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.trig import sincos
 
@@ -28,7 +28,7 @@ def _has_size(slope, modes, points):
     return slope.shape[0] == modes and slope.shape[1] == points and slope.shape[2] == LANES
 
 
-@kernel
+@inner
 def tip_pose(slope, end, weights, u, sin, cos, pose):
     """Angles at the Gauss points and the tip's pose.
 
@@ -63,7 +63,7 @@ def tip_pose(slope, end, weights, u, sin, cos, pose):
             pose[2, lane] += end[k, lane] * u[k, lane]
 
 
-@inlined
+@inner
 def add_up(slope, u, theta):
     """Angles at the Gauss points, ``theta_q = sum_k slope_kq u_k``.
 
@@ -92,7 +92,7 @@ def _add_up(slope, u, theta, modes, points):
             theta[q, lane] = total
 
 
-@inlined
+@inner
 def project(slope, values, out):
     """The transpose of `add_up`: ``out_k = sum_q slope_kq values_q``.
 
@@ -131,7 +131,7 @@ def _integral(weights, values, out, points):
         out[lane] = total
 
 
-@kernel
+@inner
 def pose_gradient(slope, weights, sin, cos, gradient):
     """Derivatives of the tip's position by the unknowns.
 
@@ -168,7 +168,7 @@ def _pose_gradient(slope, weights, sin, cos, gradient, modes, points):
             gradient[1, k, lane] = y
 
 
-@kernel
+@inner
 def add_position_hessian(slope, weights, sin, cos, fx, fy, work, hessian):
     """Add the Hessian of ``-(fx x + fy y)`` of the tip: the stiffness that the force `(fx, fy)`
     gives.
@@ -203,7 +203,7 @@ def _add_outer_products(slope, work, hessian, modes, points):
                 hessian[k, j, lane] += total
 
 
-@kernel
+@inner
 def running_integral(integral, values, out):
     """Integrals from the clamp to the Gauss points: of ``cos theta`` and ``sin theta`` these are
     the nodes' positions. integral: (Q, Q); values, out: (Q, LANES), `out` overwritten."""

@@ -11,7 +11,7 @@ one loop over the lanes, and the intermediate values stay in registers (m = 5: f
 per design, a solution 10 -> 1 ns).
 """
 
-from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
 _4, _5 = (0,) * 4, (0,) * 5
@@ -23,7 +23,7 @@ def _has_size(a, m):
     return a.shape[0] == m and a.shape[1] == m and a.shape[2] == LANES
 
 
-@kernel
+@inner
 def factorise(a, negative):
     """Overwrite the lower triangle of `a` (m, m, LANES) by its unit factor L, the diagonal by 1 /
     D.
@@ -56,7 +56,7 @@ def _factorise(a, negative, modes):
         negative[lane] = count
 
 
-@inlined
+@inner
 def _factorise_any(a, negative):
     m = a.shape[0]
     for lane in range(LANES):
@@ -75,7 +75,7 @@ def _factorise_any(a, negative):
                 a[i, j, lane] *= a[j, j, lane]
 
 
-@kernel
+@inner
 def solve(a, x):
     """Solve with the factor from `factorise`. x: (m, LANES), right-hand side on entry, solution on
     return."""
@@ -100,7 +100,7 @@ def _solve(a, x, modes):
                 x[i, lane] -= a[k, i, lane] * x[k, lane]
 
 
-@inlined
+@inner
 def _solve_any(a, x):
     m = a.shape[0]
     for i in range(1, m):

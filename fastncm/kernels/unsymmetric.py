@@ -4,7 +4,7 @@ There is no pivoting: the matrices are the identity plus the change of a contact
 that it moves. As in `kernels.symmetric` everything is inside of one loop over the lanes.
 """
 
-from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 
 
@@ -14,7 +14,7 @@ def _known_strides(a, x):
     return a.shape[1] == 3 and a.shape[2] == LANES and x.shape[1] == LANES
 
 
-@kernel
+@inner
 def factorise(a):
     """Overwrite `a` (3, 3, LANES) by its factors: below the diagonal L (its diagonal is 1), above
     it U, on it 1 / U."""
@@ -29,7 +29,7 @@ def factorise(a):
                     a[i, k, lane] -= a[i, j, lane] * a[j, k, lane]
 
 
-@kernel
+@inner
 def solve(a, x):
     """Solve with the factors from `factorise`. x: (3, LANES), right-hand side on entry, solution on
     return."""
@@ -45,7 +45,7 @@ def solve(a, x):
             x[i, lane] *= a[i, i, lane]
 
 
-@kernel
+@inner
 def solve_transposed(a, x):
     """`solve` with the transposed matrix."""
     if not _known_strides(a, x):

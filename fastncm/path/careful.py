@@ -13,21 +13,23 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import driver, inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.points import constraint_count
-from fastncm.kernels.problem import beyond_count, mode_count
+from fastncm.kernels.problem import Problem, mode_count
 from fastncm.path import newton, rows
-from fastncm.path.lanes import AS_STORED, make_lanes
+from fastncm.path.block import make_block, workspaces
+from fastncm.path.lanes import AS_STORED
 from fastncm.path.trace import (
     LONGEST_MOVE,
+    Trace,
     aim,
     begin_block,
     begin_position,
     is_genuine,
     store,
 )
-from fastncm.path.walk import forget, make_walk, remember
+from fastncm.path.walk import forget, remember
 from fastncm.sqp import status
 from fastncm.sqp.design import Design
-from fastncm.sqp.solve import kkt_residual, make_work, solve
+from fastncm.sqp.solve import Options, kkt_residual, make_work, solve
 
 #: Numbers of steps in which a position is approached, one after the other until one works.
 _STEPS = (1, 4, 16, 64)
@@ -132,9 +134,9 @@ def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multiplie
     d = lanes.design[lane]
     for k in range(spare.u.shape[0]):
         spare.u_start[k] = walk.u[k, lane]
-        spare.end[k, 0] = lanes.basis.end[k, lane]
+        spare.end[k, 0] = lanes.end[k, lane]
         for q in range(spare.slope.shape[1]):
-            spare.slope[k, q, 0] = lanes.basis.slope[k, q, lane]
+            spare.slope[k, q, 0] = lanes.slope[k, q, lane]
     design = Design(
         spare.slope,
         spare.end,
@@ -171,8 +173,13 @@ def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multiplie
     gap[c.FEATURE] = rows.SEVERAL
 
 
+def trace_carefully(problem: Problem, options: Options, trace: Trace) -> None:
+    """`_trace` with a workspace."""
+    _trace(problem, options, make_block(problem), trace)
+
+
 @driver
-def trace_carefully(problem, options, trace):
+def _trace(problem, options, block, trace):
     """Solve all positions of all designs by the SQP, in whatever form their constraints have.
 
     options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
@@ -180,8 +187,7 @@ def trace_carefully(problem, options, trace):
     """
     designs, positions = problem.positions.shape
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    lanes = make_lanes(problem)
-    walk, measuring = make_walk(modes), rows.make_measuring(points, beyond_count(problem))
+    lanes, walk, measuring = workspaces(problem, block)
     work, spare = make_sqp(problem), make_spare(modes, points)
     going, touching = np.zeros(LANES, np.bool_), np.zeros(LANES, np.bool_)
     longest = np.full(LANES, LONGEST_MOVE)

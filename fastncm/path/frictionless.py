@@ -16,10 +16,9 @@ estimate need are products with their solutions. With friction there is no such 
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod, symmetric
-from fastncm.kernels.cache import inlined
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot
-from fastncm.path.lanes import known_strides
 
 #: The penalty's stiffness over that of the finger against the contact, which is near 1 / |A|^2.
 PENALTY = 10.0
@@ -28,7 +27,7 @@ PENALTY = 10.0
 _4, _5 = (0,) * 4, (0,) * 5
 
 
-@inlined
+@inner
 def linearise(problem, lanes):
     """Factor of the Hessian under the force as it stands, and the contact's compliance with it.
 
@@ -58,7 +57,7 @@ def linearise(problem, lanes):
     for lane in range(LANES):
         lanes.fy[lane] = force[lane] * gap[c.GY, lane]
     rod.add_position_hessian(
-        lanes.basis.slope,
+        lanes.slope,
         problem.rule.weights,
         lanes.sin,
         lanes.cos,
@@ -87,9 +86,7 @@ def _contact_stiffness(lanes, force, stiffness, modes):
     force, stiffness (w): (LANES,); modes: a tuple of the number of modes, where LLVM shall know it,
     or anything else of that length.
     """
-    if not known_strides(lanes, len(modes)):
-        return
-    gap, pull, jacobian, end = lanes.gap, lanes.pull, lanes.jacobian, lanes.basis.end
+    gap, pull, jacobian, end = lanes.gap, lanes.pull, lanes.jacobian, lanes.end
     x, y = lanes.gradient[0], lanes.gradient[1]
     for lane in range(LANES):
         for k in range(len(modes)):
@@ -116,7 +113,7 @@ def _contact_stiffness(lanes, force, stiffness, modes):
                 )
 
 
-@inlined
+@inner
 def _solve_pending(lanes, right, out):
     """Solve with the factor for `right` (m, LANES); `out` (m, LANES) is left as it is in lanes that
     are not pending."""
@@ -126,7 +123,7 @@ def _solve_pending(lanes, right, out):
     symmetric.solve(lanes.hessian, out)
 
 
-@inlined
+@inner
 def step(lanes):
     """One Newton step of the pending lanes with the factor of `linearise`."""
     modes, pending = lanes.u.shape[0], lanes.pending
@@ -147,7 +144,7 @@ def step(lanes):
         lanes.force[lane] = whole if pending[lane] else lanes.force[lane]
 
 
-@inlined
+@inner
 def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
@@ -166,15 +163,15 @@ def rates(lanes):
     _pose_of(lanes, lanes.u_rate, lanes.pose_rate)
 
 
-@inlined
+@inner
 def _pose_of(lanes, shape, out):
     """How a change of shape (m, LANES) moves the tip. out: (3, LANES), overwritten."""
     dot(lanes.gradient[0], shape, out[0])
     dot(lanes.gradient[1], shape, out[1])
-    dot(lanes.basis.end, shape, out[2])
+    dot(lanes.end, shape, out[2])
 
 
-@inlined
+@inner
 def adjoint(lanes, wrench, moved):
     """What a lack of equilibrium does to the force: ``d lambda = - y . rho`` for a residual ``rho``
     of the modes' equations, with ``y = H^-1 A^T / (A H^-1 A^T)``.
@@ -193,7 +190,7 @@ def adjoint(lanes, wrench, moved):
     _adjoint_force(lanes, moved, c.HXP, c.HYP, c.HPP, gap[c.GP], wrench[2])
 
 
-@inlined
+@inner
 def _adjoint_force(lanes, moved, by_x, by_y, by_psi, normal, out):
     gap = lanes.gap
     for lane in range(LANES):

@@ -18,14 +18,14 @@ from fastncm.kernels.gap import closest_gap, store
 from fastncm.kernels.lanewise import dot
 from fastncm.kernels.trig import sincos
 from fastncm.path import frictionless, rubbing, tip
-from fastncm.path.lanes import AS_STORED, known_strides
+from fastncm.path.lanes import AS_STORED
 from fastncm.path.slip import slip
 
 # sizes that LLVM knows (`kernels.rod`)
 _4, _5 = (0,) * 4, (0,) * 5
 
 
-@inlined
+@inner
 def evaluate(problem, lanes):
     """Pose, smallest gap, its gradient and the residual of every active lane, from `u`, `force`,
     `rub` and `t`.
@@ -33,10 +33,9 @@ def evaluate(problem, lanes):
     The residual is that of `sqp.solve.kkt_residual` for one loaded constraint, with the friction
     force and a slip that should not be; it depends on nothing else that the solver keeps.
     """
-    basis, rule = lanes.basis, problem.rule
-    modes = lanes.u.shape[0]
-    rod.tip_pose(basis.slope, basis.end, rule.weights, lanes.u, lanes.sin, lanes.cos, lanes.pose)
-    rod.pose_gradient(basis.slope, rule.weights, lanes.sin, lanes.cos, lanes.gradient)
+    modes, rule = lanes.u.shape[0], problem.rule
+    rod.tip_pose(lanes.slope, lanes.end, rule.weights, lanes.u, lanes.sin, lanes.cos, lanes.pose)
+    rod.pose_gradient(lanes.slope, rule.weights, lanes.sin, lanes.cos, lanes.gradient)
     for lane in range(LANES):
         lanes.fx[lane], lanes.fy[lane] = sincos(lanes.pose[2, lane])
     for lane in range(LANES):
@@ -86,9 +85,7 @@ def evaluate(problem, lanes):
 def _jacobian(lanes, modes):
     """dg/du. modes: a tuple of the number of modes, where LLVM shall know it, or anything else of
     that length."""
-    gap, gradient, end = lanes.gap, lanes.gradient, lanes.basis.end
-    if not known_strides(lanes, len(modes)):
-        return
+    gap, gradient, end = lanes.gap, lanes.gradient, lanes.end
     for lane in range(LANES):
         for k in range(len(modes)):
             lanes.jacobian[k, lane] = (
@@ -104,9 +101,7 @@ def _residual(lanes, modes):
 
     ``lanes.loaded`` is the contact's wrench; modes as in `_jacobian`.
     """
-    gradient, end, loaded = lanes.gradient, lanes.basis.end, lanes.loaded
-    if not known_strides(lanes, len(modes)):
-        return
+    gradient, end, loaded = lanes.gradient, lanes.end, lanes.loaded
     for lane in range(LANES):
         largest, slack, moved = c.GAP_ROUNDING, 0.0, 0.0
         for k in range(len(modes)):
@@ -123,7 +118,7 @@ def _residual(lanes, modes):
         lanes.residual[lane] = max(slack / largest, contact)
 
 
-@inlined
+@inner
 def _tangent(problem, lanes):
     """The contact's arm and the wrench of a unit force along its tangent; the slip of the lanes
     that stick."""
@@ -149,7 +144,7 @@ def _tangent(problem, lanes):
                 lanes.slipped[lane] = slip(problem, lanes, lane)
 
 
-@inlined
+@inner
 def linearise(problem, lanes):
     """Factors of the evaluated state for a step of the pending lanes; sets their `determinant`,
     positive where the solution is one that counts."""
@@ -160,7 +155,7 @@ def linearise(problem, lanes):
         frictionless.linearise(problem, lanes)
 
 
-@inlined
+@inner
 def step(lanes):
     """One Newton step of the pending lanes with the factors of `linearise`."""
     if lanes.rubs[0]:
@@ -169,7 +164,7 @@ def step(lanes):
         frictionless.step(lanes)
 
 
-@inlined
+@inner
 def rates(lanes):
     """Derivatives of shape, forces and pose by the target's position, with the last factor."""
     if lanes.rubs[0]:

@@ -14,16 +14,14 @@ where K is the force's own stiffness, and the Hessian is close to 1 for the mode
 error of the force is of second order in rho. The sum runs over the first modes left out.
 """
 
-from typing import NamedTuple
-
-import numpy as np
-
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, inlined
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot
+from fastncm.kernels.workspace import NUMBER, Layout
 from fastncm.path import frictionless, rubbing
+from fastncm.path.lanes import MOST
 
 # --- columns of a row ----------------------------------------------------------------------------
 (
@@ -81,38 +79,25 @@ ALGEBRAIC = 4.0
 FORCE_ROUNDING = 4e-14
 
 
-class Measuring(NamedTuple):
-    """Workspace and result of `measure`. turn: (Q, LANES); wrench, kept, moved, unit: (3, LANES);
-    left_out, adjoint: (n, LANES) of the modes that are left out; total, size: (LANES,); row:
-    (COLUMNS, LANES)."""
-
-    turn: np.ndarray
-    wrench: np.ndarray
-    kept: np.ndarray
-    moved: np.ndarray
-    unit: np.ndarray
-    left_out: np.ndarray
-    adjoint: np.ndarray
-    total: np.ndarray
-    size: np.ndarray
-    row: np.ndarray
-
-
-@driver
-def make_measuring(points, beyond):
-    """A workspace for `points` Gauss points and `beyond` modes that are left out."""
-    return Measuring(
-        np.zeros((points, LANES)),
-        np.zeros((3, LANES)),
-        np.zeros((3, LANES)),
-        np.zeros((3, LANES)),
-        np.zeros((3, LANES)),
-        np.zeros((beyond, LANES)),
-        np.zeros((beyond, LANES)),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros((COLUMNS, LANES)),
-    )
+#: Workspace and result of `measure`. turn: (Q, LANES); wrench, kept, moved, unit: (3, LANES);
+#: left_out, adjoint: (n, LANES) of the modes that are left out; total, size: (LANES,); row:
+#: (COLUMNS, LANES).
+MEASURING = Layout(
+    "Measuring",
+    MOST,
+    {
+        "turn": (NUMBER, ("points", LANES)),
+        "wrench": (NUMBER, (3, LANES)),
+        "kept": (NUMBER, (3, LANES)),
+        "moved": (NUMBER, (3, LANES)),
+        "unit": (NUMBER, (3, LANES)),
+        "left_out": (NUMBER, ("beyond", LANES)),
+        "adjoint": (NUMBER, ("beyond", LANES)),
+        "total": (NUMBER, (LANES,)),
+        "size": (NUMBER, (LANES,)),
+        "row": (NUMBER, (COLUMNS, LANES)),
+    },
+)
 
 
 @inlined
@@ -121,7 +106,7 @@ def _copy(values, out, column):
         out[column, lane] = values[lane]
 
 
-@inlined
+@inner
 def measure(problem, lanes, at):
     """Fill the rows of all active lanes from their converged state; `lanes` must come from
     `correct`.
@@ -155,7 +140,7 @@ def measure(problem, lanes, at):
     _rates(problem, lanes, out)
 
 
-@inlined
+@inner
 def _strain(problem, lanes, at):
     """Largest ``|M(s)| / (w / w0)^2`` over clamp, tip and Gauss points: surface strain in units of
     w0 / (2 L)."""
@@ -177,18 +162,18 @@ def _strain(problem, lanes, at):
     for lane in range(LANES):
         arm_x, arm_y = gap[c.PX, lane] - lanes.pose[0, lane], gap[c.PY, lane] - lanes.pose[1, lane]
         at_tip = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
-        strain[lane] = max(abs(base[lane]), at_tip * lanes.basis.strain_end[lane])
+        strain[lane] = max(abs(base[lane]), at_tip * lanes.strain_end[lane])
     for q in range(moment.shape[0]):
         for lane in range(LANES):
-            bent = abs(base[lane] - moment[q, lane]) * lanes.basis.strain[q, lane]
+            bent = abs(base[lane] - moment[q, lane]) * lanes.strain[q, lane]
             strain[lane] = max(strain[lane], bent)
 
 
-@inlined
+@inner
 def _estimate(problem, lanes, at):
     """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
     force."""
-    gap, basis, weights = lanes.gap, lanes.basis, problem.rule.weights
+    gap, weights = lanes.gap, problem.rule.weights
     turn, total, size, unit, wrench = at.turn, at.total, at.size, at.unit, at.wrench
     if lanes.rubs[0]:
         rubbing.adjoint(lanes, wrench, at.kept, at.moved)
@@ -205,7 +190,7 @@ def _estimate(problem, lanes, at):
         for i in range(3):
             for lane in range(LANES):
                 unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
-    rod.add_up(basis.slope, lanes.down, turn)  # of the axis at the nodes, with the adjoint shape
+    rod.add_up(lanes.slope, lanes.down, turn)  # of the axis at the nodes, with the adjoint shape
     # per node: what a turn of the axis there adds to y_l, and the unit wrench's work with it
     for q in range(turn.shape[0]):
         weight = weights[q]
@@ -219,8 +204,8 @@ def _estimate(problem, lanes, at):
             lanes.work[q, lane] = weight * (
                 unit[1, lane] * lanes.cos[q, lane] - unit[0, lane] * lanes.sin[q, lane]
             )
-    rod.project(basis.beyond, lanes.work, at.left_out)  # rho_l / lambda, but for the tip's turn
-    rod.project(basis.beyond, turn, at.adjoint)  # y_l, likewise
+    rod.project(lanes.beyond, lanes.work, at.left_out)  # rho_l / lambda, but for the tip's turn
+    rod.project(lanes.beyond, turn, at.adjoint)  # y_l, likewise
     stiffness = lanes.fx
     for lane in range(LANES):
         stiffness[lane] = abs(lanes.inverse[0, 0, lane] - lanes.penalty[lane])
@@ -228,11 +213,11 @@ def _estimate(problem, lanes, at):
         total[lane] = 0.0
     for lane in range(LANES):
         size[lane] = 0.0
-    for j in range(basis.beyond.shape[0]):
+    for j in range(lanes.beyond.shape[0]):
         for lane in range(LANES):
-            at.left_out[j, lane] += unit[2, lane] * basis.beyond_end[j, lane]
+            at.left_out[j, lane] += unit[2, lane] * lanes.beyond_end[j, lane]
         for lane in range(LANES):
-            at.adjoint[j, lane] += wrench[2, lane] * basis.beyond_end[j, lane]
+            at.adjoint[j, lane] += wrench[2, lane] * lanes.beyond_end[j, lane]
         for lane in range(LANES):
             total[lane] += at.left_out[j, lane] * at.adjoint[j, lane]
         for lane in range(LANES):
@@ -245,7 +230,7 @@ def _estimate(problem, lanes, at):
         at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
 
 
-@inlined
+@inner
 def _rates(problem, lanes, out):
     """Derivatives by the target's position of the force's direction and of the contact's place."""
     gap = lanes.gap

@@ -7,14 +7,14 @@ each component of the wrench.
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod, symmetric
-from fastncm.kernels.cache import inlined
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot, multiply
 from fastncm.path import tip
 from fastncm.path.frictionless import PENALTY
 
 
-@inlined
+@inner
 def linearise(problem, lanes):
     """Factor of the modes' Hessian under the force as it stands, and the tip's flexibility.
 
@@ -44,7 +44,7 @@ def linearise(problem, lanes):
     for lane in range(LANES):
         lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane] + lanes.rub[lane] * gap[c.GX, lane]
     rod.add_position_hessian(
-        lanes.basis.slope,
+        lanes.slope,
         problem.rule.weights,
         lanes.sin,
         lanes.cos,
@@ -54,7 +54,7 @@ def linearise(problem, lanes):
         lanes.hessian,
     )
     symmetric.factorise(lanes.hessian, lanes.negative)
-    x, y, end = lanes.gradient[0], lanes.gradient[1], lanes.basis.end
+    x, y, end = lanes.gradient[0], lanes.gradient[1], lanes.end
     _keep_solution(lanes, x, lanes.across[0])
     _keep_solution(lanes, y, lanes.across[1])
     _keep_solution(lanes, end, lanes.across[2])
@@ -66,7 +66,7 @@ def linearise(problem, lanes):
     _keep_flexibility(lanes, end, 2, 2)
 
 
-@inlined
+@inner
 def _keep_solution(lanes, right, out):
     """Solve with the factor for `right` (m, LANES), and keep the solution in `out` for the pending
     lanes only: what a lane ends with must not depend on how long its neighbours take."""
@@ -80,7 +80,7 @@ def _keep_solution(lanes, right, out):
             out[k, lane] = lanes.down[k, lane] if lanes.pending[lane] else out[k, lane]
 
 
-@inlined
+@inner
 def _keep_flexibility(lanes, row, i, j):
     """Entries (i, j) and (j, i) of C, kept like the solutions. row: (m, LANES) of J."""
     total = lanes.fx
@@ -92,7 +92,7 @@ def _keep_flexibility(lanes, row, i, j):
         lanes.flexible[j, i, lane] = lanes.flexible[i, j, lane]
 
 
-@inlined
+@inner
 def step(lanes):
     """One Newton step of the pending lanes with the factors of `linearise` and `tip.prepare`."""
     modes, pending = lanes.u.shape[0], lanes.pending
@@ -124,7 +124,7 @@ def step(lanes):
             lanes.u[k, lane] += lanes.down[k, lane] if pending[lane] else 0.0
 
 
-@inlined
+@inner
 def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
@@ -142,7 +142,7 @@ def rates(lanes):
     tip.bend(lanes, lanes.answer, lanes.pose_rate)
 
 
-@inlined
+@inner
 def adjoint(lanes, wrench, kept, moved):
     """`tip.adjoint`, with the shape that belongs to it in ``lanes.down``: the counterpart of
     `frictionless.adjoint`."""
@@ -150,7 +150,7 @@ def adjoint(lanes, wrench, kept, moved):
     _bend_modes(lanes, kept, lanes.down)
 
 
-@inlined
+@inner
 def _bend_modes(lanes, wrench, out):
     """``out = W wrench``: how a wrench (3, LANES) on the tip moves the modes. out: (m, LANES)."""
     across = lanes.across

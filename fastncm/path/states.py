@@ -65,7 +65,7 @@ def _load(problem, states, first, lanes):
         lanes.active[lane] = i < count
         lanes.design[lane] = states.design[i] if i < count else -1
         if i < count:
-            fill_basis(problem, states.design[i], lane, lanes.basis)
+            fill_basis(problem, states.design[i], lane, lanes)
             lanes.t[lane] = states.t[i]
             lanes.hold[lane] = states.hold[i]
             lanes.force[lane] = states.force[i]

@@ -53,7 +53,7 @@ def locking_friction(problem, lanes, walk, lane, sense):
     side = sense if walk.side[lane] > 0.0 else -sense
     arm_x, arm_y = gap[c.PX] - 1.0, gap[c.PY]
     drag_y, drag_turn = side * gap[c.GX], side * (arm_x * gap[c.GX] + arm_y * gap[c.GY])
-    slope, end, weights = lanes.basis.slope, lanes.basis.end, problem.rule.weights
+    slope, end, weights = lanes.slope, lanes.end, problem.rule.weights
     give, drag = 0.0, 0.0
     for k in range(end.shape[0]):
         rise = 0.0

@@ -31,7 +31,7 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import unsymmetric
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.lanewise import dot, multiply
 
@@ -44,8 +44,6 @@ def prepare(lanes):
     (C a), small (the factors of 1 - D C), pushed and held (the wrenches that the tip bears for a
     unit of lambda and of rub), inverse (of the last system) and determinant.
     """
-    if not _known_strides(lanes):
-        return
     gap, change, leaned, flexible = lanes.gap, lanes.change, lanes.leaned, lanes.flexible
     _change_of_wrench(lanes)
     for lane in range(LANES):
@@ -93,29 +91,7 @@ def prepare(lanes):
         lanes.determinant[lane] = -lanes.determinant[lane] if odd else lanes.determinant[lane]
 
 
-@inlined
-def _known_strides(lanes):
-    """Always true: behind this LLVM knows the strides, and vectorises loops over the lanes with
-    whole matrices in them."""
-    return (
-        lanes.change.shape[1] == 3
-        and lanes.change.shape[2] == LANES
-        and lanes.small.shape[1] == 3
-        and lanes.small.shape[2] == LANES
-        and lanes.flexible.shape[1] == 3
-        and lanes.flexible.shape[2] == LANES
-        and lanes.gap.shape[1] == LANES
-        and lanes.tangent.shape[1] == LANES
-        and lanes.arm.shape[1] == LANES
-        and lanes.pushed.shape[1] == LANES
-        and lanes.driven.shape[1] == LANES
-        and lanes.leaned.shape[1] == LANES
-        and lanes.reach.shape[1] == LANES
-        and lanes.answer.shape[1] == LANES
-    )
-
-
-@inlined
+@inner
 def _change_of_wrench(lanes):
     """D = lambda d(a) + rub d(tau), column by column with the row of the gap's Hessian that belongs
     to it."""
@@ -133,13 +109,13 @@ def _change_of_wrench(lanes):
             lanes.change[2, j, lane] = force[lane] * hp + rub[lane] * turned
 
 
-@inlined
+@inner
 def bend(lanes, wrench, out):
     """``out = C wrench``: by how much a wrench (3, LANES) moves the tip."""
     multiply(lanes.flexible, wrench, out)
 
 
-@inlined
+@inner
 def _hold(lanes):
     """The second equation of the lanes that stick. ``lanes.moved`` has the first one's coefficient
     on entry, the determinant on return."""
@@ -197,7 +173,7 @@ def respond(lanes, lack, crept, force, rub):
         rub[lane] += lanes.side[lane] * force[lane]
 
 
-@inlined
+@inner
 def _answer_slip(lanes, crept, force, rub):
     """The last system with the lanes that stick. force: (LANES,), its first right side on entry,
     lambda on return; rub: (LANES,), overwritten."""

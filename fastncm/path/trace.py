@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis
@@ -80,10 +80,10 @@ def begin_block(problem, first, lanes):
         lanes.design[lane] = first + lane if first + lane < designs else -1
         lanes.active[lane] = False
         if first + lane < designs:
-            fill_basis(problem, first + lane, lane, lanes.basis)
+            fill_basis(problem, first + lane, lane, lanes)
 
 
-@inlined
+@inner
 def begin_position(problem, i, lanes, walk, going, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
@@ -133,7 +133,7 @@ def begin_position(problem, i, lanes, walk, going, trace):
     return contact
 
 
-@inlined
+@inner
 def aim(problem, i, longest, lanes, walk, going):
     """Move the targets of the lanes that are `going` towards position `i`, in equal moves of at
     most `longest` (LANES,). Returns whether any is."""
@@ -149,7 +149,7 @@ def aim(problem, i, longest, lanes, walk, going):
     return moving
 
 
-@inlined
+@inner
 def _go_on(problem, i, longest, lanes, walk, going, room):
     """Which lanes are still `going` after a move to position `i`, and how long the next move may
     be."""
@@ -167,7 +167,7 @@ def _go_on(problem, i, longest, lanes, walk, going, room):
             going[lane] = False
 
 
-@inlined
+@inner
 def is_genuine(problem, lanes, lane):
     """False where jaw and block touch beyond the end of what is said to touch.
 
@@ -192,7 +192,7 @@ def is_genuine(problem, lanes, lane):
     return True
 
 
-@inlined
+@inner
 def store(i, lanes, measured, trace):
     """Copy the measured rows and the shapes of the good lanes into the trace at position `i`.
 
@@ -208,7 +208,7 @@ def store(i, lanes, measured, trace):
             trace.shapes[d, i, k] = lanes.u[k, lane]
 
 
-@inlined
+@inner
 def _snap_back(problem, lanes, walk, tolerance):
     """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
     from being free: there the finger has lost its hold and has snapped back behind the target."""

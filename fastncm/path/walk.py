@@ -1,82 +1,52 @@
 """The predictor: where a shape and its contact force will be at the target's next position."""
 
-from typing import NamedTuple
-
-import numpy as np
-
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inlined, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.workspace import FLAG, INDEX, NUMBER, Layout
 from fastncm.path import rows
+from fastncm.path.lanes import MOST
+
+#: What a block of lanes remembers of its last solved position, for the predictor.
+#:
+#: t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
+#: likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
+#: contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
+#: friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
+#: lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy:
+#: (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
+WALK = Layout(
+    "Walk",
+    MOST,
+    {
+        "t": (NUMBER, (LANES,)),
+        "t_before": (NUMBER, (LANES,)),
+        "u": (NUMBER, ("modes", LANES)),
+        "u_before": (NUMBER, ("modes", LANES)),
+        "u_rate": (NUMBER, ("modes", LANES)),
+        "u_rate_before": (NUMBER, ("modes", LANES)),
+        "force": (NUMBER, (LANES,)),
+        "force_before": (NUMBER, (LANES,)),
+        "force_rate": (NUMBER, (LANES,)),
+        "force_rate_before": (NUMBER, (LANES,)),
+        "points": (INDEX, (LANES,)),
+        "feature": (INDEX, (LANES,)),
+        "slip": (NUMBER, (LANES,)),
+        "side": (NUMBER, (LANES,)),
+        "sticks": (FLAG, (LANES,)),
+        "rub": (NUMBER, (LANES,)),
+        "sense": (NUMBER, (LANES,)),
+        "lost": (FLAG, (LANES,)),
+        "busy": (FLAG, (LANES,)),
+        "w0": (NUMBER, (LANES,)),
+        "w1": (NUMBER, (LANES,)),
+        "r0": (NUMBER, (LANES,)),
+        "r1": (NUMBER, (LANES,)),
+    },
+)
 
 
-class Walk(NamedTuple):
-    """What a block of lanes remembers of its last solved position, for the predictor.
-
-    t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
-    likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
-    contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
-    friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
-    lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy:
-    (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
-    """
-
-    t: np.ndarray
-    t_before: np.ndarray
-    u: np.ndarray
-    u_before: np.ndarray
-    u_rate: np.ndarray
-    u_rate_before: np.ndarray
-    force: np.ndarray
-    force_before: np.ndarray
-    force_rate: np.ndarray
-    force_rate_before: np.ndarray
-    points: np.ndarray
-    feature: np.ndarray
-    slip: np.ndarray
-    side: np.ndarray
-    sticks: np.ndarray
-    rub: np.ndarray
-    sense: np.ndarray
-    lost: np.ndarray
-    busy: np.ndarray
-    w0: np.ndarray
-    w1: np.ndarray
-    r0: np.ndarray
-    r1: np.ndarray
-
-
-@driver
-def make_walk(modes):
-    """A walk that has not begun."""
-    return Walk(
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros((modes, LANES)),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES, np.int64),
-        np.full(LANES, c.VOID),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES, np.bool_),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES, np.bool_),
-        np.zeros(LANES, np.bool_),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-        np.zeros(LANES),
-    )
-
-
-@inlined
+@inner
 def predict(lanes, walk):
     """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
     their rates, along the tangent from one, and the last shape itself where there is no rate."""
@@ -114,7 +84,7 @@ def predict(lanes, walk):
         lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
 
-@inlined
+@inner
 def remember(lanes, walk):
     """Store the solved positions of the active lanes; a new feature starts the predictor afresh."""
     modes = lanes.u.shape[0]

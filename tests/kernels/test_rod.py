@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
+from entrance import entrance
 from numpy.polynomial import legendre
 from scipy.integrate import quad
 
 from fastncm.kernels import basis, rod
 from fastncm.kernels.constants import LANES
+
+tip_pose, pose_gradient = entrance(rod.tip_pose), entrance(rod.pose_gradient)
+add_position_hessian = entrance(rod.add_position_hessian)
+running_integral = entrance(rod.running_integral)
 
 MODES = 6
 POINTS = basis.quadrature_points(27)  # enough for shapes of six modes to double precision
@@ -31,7 +36,7 @@ class Rod:
         self.sin = np.zeros((POINTS, LANES))
         self.cos = np.zeros((POINTS, LANES))
         self.pose = np.zeros((3, LANES))
-        rod.tip_pose(self.slope, self.end, self.rule.weights, self.u, self.sin, self.cos, self.pose)
+        tip_pose(self.slope, self.end, self.rule.weights, self.u, self.sin, self.cos, self.pose)
 
     def position(self, u: np.ndarray, lane: int) -> np.ndarray:
         """Tip (2,) by the same rule in plain NumPy; `u` (MODES,) may be complex."""
@@ -68,8 +73,8 @@ def test_tip_pose(lane: int) -> None:
 def test_positions_along_the_axis() -> None:
     finger = Rod()
     x, y = np.zeros((POINTS, LANES)), np.zeros((POINTS, LANES))
-    rod.running_integral(finger.rule.integral, finger.cos, x)
-    rod.running_integral(finger.rule.integral, finger.sin, y)
+    running_integral(finger.rule.integral, finger.cos, x)
+    running_integral(finger.rule.integral, finger.sin, y)
     for q in (0, POINTS // 2, POINTS - 1):
         expected = exact_position(finger.u[:, 1], finger.rule.nodes[q])
         np.testing.assert_allclose([x[q, 1], y[q, 1]], expected, atol=1e-13)
@@ -78,7 +83,7 @@ def test_positions_along_the_axis() -> None:
 def test_undeformed_finger_is_straight() -> None:
     finger = Rod()
     finger.u[:] = 0.0
-    rod.tip_pose(
+    tip_pose(
         finger.slope, finger.end, finger.rule.weights, finger.u, finger.sin, finger.cos, finger.pose
     )
     np.testing.assert_allclose(finger.pose, [[1.0], [0.0], [0.0]] * np.ones(LANES), atol=1e-15)
@@ -87,7 +92,7 @@ def test_undeformed_finger_is_straight() -> None:
 def test_gradient_of_the_tip() -> None:
     finger = Rod()
     gradient = np.zeros((2, MODES, LANES))
-    rod.pose_gradient(finger.slope, finger.rule.weights, finger.sin, finger.cos, gradient)
+    pose_gradient(finger.slope, finger.rule.weights, finger.sin, finger.cos, gradient)
     for lane in range(LANES):
         for k in range(MODES):
             step = 1j * TINY * np.eye(MODES)[k]
@@ -104,7 +109,7 @@ def test_hessian_of_the_tip() -> None:
     force = rng.normal(size=(2, LANES))
     before = rng.normal(size=(MODES, MODES, LANES))
     hessian, work = before.copy(), np.zeros((POINTS, LANES))
-    rod.add_position_hessian(
+    add_position_hessian(
         finger.slope, finger.rule.weights, finger.sin, finger.cos, force[0], force[1], work, hessian
     )
     upper = np.triu_indices(MODES, 1)
@@ -127,10 +132,10 @@ def test_sizes_that_are_unrolled(modes: int, points: int) -> None:
     pose, gradient = np.zeros((3, LANES)), np.zeros((2, modes, LANES))
     hessian, force = np.zeros((modes, modes, LANES)), rng.normal(size=(2, LANES))
     integral, x = rng.normal(size=(points, points)), np.zeros((points, LANES))
-    rod.tip_pose(slope, end, weights, u, sin, cos, pose)
-    rod.pose_gradient(slope, weights, sin, cos, gradient)
-    rod.add_position_hessian(slope, weights, sin, cos, force[0], force[1], work, hessian)
-    rod.running_integral(integral, cos, x)
+    tip_pose(slope, end, weights, u, sin, cos, pose)
+    pose_gradient(slope, weights, sin, cos, gradient)
+    add_position_hessian(slope, weights, sin, cos, force[0], force[1], work, hessian)
+    running_integral(integral, cos, x)
     theta = np.einsum("kql,kl->ql", slope, u)
     weighted = weights[:, None] * np.array([np.cos(theta), np.sin(theta)])
     expected = [*weighted.sum(axis=1), np.einsum("kl,kl->l", end, u)]

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from entrance import entrance
 
 from fastncm.kernels import symmetric
 from fastncm.kernels.constants import LANES
+
+factorise = entrance(symmetric.factorise)
+solve = entrance(symmetric.solve)
 
 
 @pytest.mark.parametrize("modes", [1, 4, 5, 7])
@@ -15,8 +19,8 @@ def test_solutions_and_signs(modes: int) -> None:
     a = a + a.transpose(1, 0, 2) + 3.0 * np.eye(modes)[:, :, None] * rng.choice([-1, 1], LANES)
     b = rng.normal(size=(modes, LANES))
     factors, x, negative = a.copy(), b.copy(), np.zeros(LANES)
-    symmetric.factorise(factors, negative)
-    symmetric.solve(factors, x)
+    factorise(factors, negative)
+    solve(factors, x)
     for lane in range(LANES):
         matrix = a[:, :, lane]
         assert negative[lane] == (np.linalg.eigvalsh(matrix) < 0.0).sum()
