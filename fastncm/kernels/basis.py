@@ -223,7 +223,8 @@ def fill_profile(ratio, exact_nodes, exact_weights, nodes, profile):
         z = np.log1p((ratio - 1.0) * nodes[q]) / grows if ratio != 1.0 else nodes[q]
         profile.area[q] = 1.0 + (ratio - 1.0) * nodes[q]
         _integrate_moments(recurrence, z, grows, pace, exact_nodes, exact_weights, column)
-        profile.slope[:, q] = column
+        for k in range(order):
+            profile.slope[k, q] = column[k]
     if profile.shear.shape[0] == 0:
         return
     for i in range(count):

@@ -16,7 +16,6 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from llvmlite import ir
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.core.typing.templates import AttributeTemplate
@@ -174,12 +173,12 @@ def _get_array(context: Any, builder: Any, workspace: Any, value: Any, name: str
     word = context.get_value_type(types.intp)
 
     def product(number: int, names: tuple[str, ...]) -> Any:
-        total = ir.Constant(word, number)
+        total = word(number)
         for size in names:
             total = builder.mul(total, getattr(made, size))
         return total
 
-    offset = ir.Constant(word, place.offset)
+    offset = word(place.offset)
     for number, names in place.behind:
         offset = builder.add(offset, product(number, names))
     itemsize = np.dtype(place.dtype).itemsize
@@ -189,17 +188,17 @@ def _get_array(context: Any, builder: Any, workspace: Any, value: Any, name: str
     for size in reversed(place.shape):
         strides.insert(0, product(number, names))
         if isinstance(size, str):
-            shape.insert(0, product(1, (size,)))
+            shape.insert(0, getattr(made, size))
             names = (*names, size)
         else:
-            shape.insert(0, ir.Constant(word, size))
+            shape.insert(0, word(size))
             number *= size
     kind = types.Array(from_dtype(np.dtype(place.dtype)), len(place.shape), "C")
     array = make_array(kind)(context, builder)
-    place_in_block = builder.gep(made.block, [offset])
+    data = builder.gep(made.block, [offset])
     populate_array(
         array,
-        data=builder.bitcast(place_in_block, array.data.type),
+        data=builder.bitcast(data, array.data.type),
         shape=shape,
         strides=strides,
         itemsize=itemsize,

@@ -120,4 +120,5 @@ def forget(walk, lane, t):
     walk.lost[lane] = False
     walk.feature[lane] = c.VOID
     walk.force[lane] = 0.0
-    walk.u[:, lane] = 0.0
+    for k in range(walk.u.shape[0]):
+        walk.u[k, lane] = 0.0
