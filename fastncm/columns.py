@@ -112,13 +112,12 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
 def advice(ends: Array, lowered: Lowered, chosen: Array, design: Array, number: Array) -> Array:
     """Sentences (C,) for the status numbers (C,) of the chosen cases.
 
-    ends: (D, ENDS) of a trace: where a branch with friction ended; chosen: (C,) cases of `lowered`;
+    ends: (D, ENDS) of a trace: where a branch of equilibria ended; chosen: (C,) cases of `lowered`;
     design: (C,) each one's in `ends`.
     """
     said: Array = _ADVICE[number]
-    for i in np.flatnonzero(
-        (number == status.NO_EQUILIBRIUM) & (ends[design, END_POSITION] != 0.0)
-    ):
+    told = (number == status.NO_EQUILIBRIUM) | (number == status.CONVERGED)
+    for i in np.flatnonzero(told & (ends[design, END_POSITION] != 0.0)):
         length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
         _, position, mu, energy = ends[design[i]].tolist()
         said[i] = status.end_of_branch(position * length, mu, energy * force * length)

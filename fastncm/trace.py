@@ -117,9 +117,10 @@ def _first_order(rtol: float) -> int:
 def _truncation(trace: Trace) -> Array:
     """Largest estimate of each design's rows without the part that more modes cannot mend."""
     table = trace.rows
-    algebraic = rows.ALGEBRAIC * table[:, :, rows.RESIDUAL] + rows.FORCE_ROUNDING
+    other = rows.ALGEBRAIC * table[:, :, rows.RESIDUAL] + rows.FORCE_ROUNDING
+    other += table[:, :, rows.DISCRETE]
     solved = table[:, :, rows.STATUS] == status.CONVERGED
-    largest: Array = np.where(solved, table[:, :, rows.ESTIMATE] - algebraic, 0.0).max(axis=1)
+    largest: Array = np.where(solved, table[:, :, rows.ESTIMATE] - other, 0.0).max(axis=1)
     return largest
 
 

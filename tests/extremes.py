@@ -75,11 +75,12 @@ def jaw_block(kind: str, block: int) -> Columns:
     if shape != "straight":
         columns["jaw.convex"] = np.full(BLOCK, shape == "convex", dtype=object)
         half = half if shape == "convex" else -half
-    # the return face does not lean into the jaw
-    steepest = np.maximum(0.3, half - lead + 0.05)
-    back = np.where(
-        draw.share(0.5), 0.5 * np.pi, steepest + draw.uniform(0.0, 1.0) * (2.8 - steepest)
-    )
+    # the return face lies behind the jaw
+    low = np.maximum(np.minimum(0.3, 0.5 * (np.pi - lead)), half - lead + 0.05)
+    high = np.pi - 0.02 - lead + np.minimum(half, 0.0)
+    low, high = np.minimum(low, 0.5 * high), np.minimum(high, 2.8)
+    upright = draw.share(0.5) & (low < 0.5 * np.pi) & (0.5 * np.pi < high)
+    back = np.where(upright, 0.5 * np.pi, low + draw.uniform(0.0, 1.0) * (high - low))
     # where the jaw is touched: a point of its edge, often one of its corners
     place = draw.uniform(0.0, 1.0)
     at_corner = draw.share(0.15)

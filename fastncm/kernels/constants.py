@@ -41,6 +41,9 @@ TARGET_COLUMNS = 3
 
 #: Gap of a pair that does not face each other (one finger length: never binding).
 VOID_GAP = 1.0
+#: Angle up to which an edge counts as flat on a side of the block, so that it may touch in two
+#: places.
+FLAT = 0.05
 
 # --- forms of the contact constraints ------------------------------------------------------------
 CLOSEST, POINTS_ON_FINGER, POINTS_ON_TARGET = 0, 1, 2

@@ -130,6 +130,12 @@ def nearest_part(jaw, d, px, py, x, y, cos, sin):
 
 
 @inlined
+def _nothing(g):
+    """A pair that does not face each other."""
+    return g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c.VOID
+
+
+@inlined
 def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
     """Gap of one given contact feature of design `d`, without asking whether it is the one that
     touches.
@@ -141,8 +147,7 @@ def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
         px = t + target[d, c.TARGET_LENGTH] if feature == c.FAR_RETURN else t
         return jaw_gap(jaw, d, feature, px, py, target[d, c.TARGET_RADIUS], x, y, cos, sin)
     if feature == c.VOID:
-        g = c.VOID_GAP
-        return g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c.VOID
+        return _nothing(c.VOID_GAP)
     qx, qy, rho = jaw[d, c.AX], jaw[d, c.AY], 0.0
     if feature == c.B_UNDERSIDE or feature == c.B_FACE:
         qx, qy = jaw[d, c.BX], jaw[d, c.BY]
@@ -251,47 +256,116 @@ def circle_part(jaw, target, d, t, x, y, cos, sin):
         return part  # outside of the tangent at a
     edge = jaw_gap(jaw, d, c.ON_EDGE, t, py, 0.0, x, y, cos, sin)[0]
     face = jaw[d, c.TRX] * ay - jaw[d, c.TRY] * ax
-    return c.ON_RETURN if edge < 0.0 and face > edge and jaw[d, c.RHO] >= 0.0 else part
+    behind = edge < 0.0 and face > edge and (jaw[d, c.RHO] >= 0.0 or face > 0.0)
+    return c.ON_RETURN if behind else part
+
+
+@inlined
+def several_count(kind, jaw, d):
+    """How many pairs of a jaw and a target may touch at once (`several_feature`).
+
+    A convex jaw and a circle, or a convex arc and a block, have one contact. A straight edge may
+    lie flat on a side of the block, and a concave arc be touched at both its ends.
+    """
+    if kind == c.CIRCLE:
+        return 3 if jaw[d, c.RHO] < 0.0 else 1
+    return 4 if jaw[d, c.RHO] <= 0.0 else 1
+
+
+@inlined
+def several_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
+    """The feature of pair `k` of those that must all be apart (`VOID` where they do not face).
+
+    Each pair keeps its number, whatever is nearest: the edge and the target's near point, corner a
+    (against the circle with the return face), corner b, the return face and the block's far corner.
+    """
+    if several_count(kind, jaw, d) == 1:
+        return _single_feature(kind, jaw, target, d, t, x, y, cos, sin)
+    if kind == c.CIRCLE:
+        part = circle_part(jaw, target, d, t, x, y, cos, sin)
+        if k == 0:
+            return part if part == c.ON_EDGE else c.VOID
+        if k == 1:
+            return part if part == c.ON_RETURN else c.ON_A
+        return c.ON_B
+    py = target[d, c.TARGET_Y]
+    if k == 0:
+        return _edge_feature(jaw, d, t, py, x, y, cos, sin)
+    if k == 3:
+        return _return_feature(jaw, target, d, t, x, y, cos, sin)
+    qx, qy = (jaw[d, c.AX], jaw[d, c.AY]) if k == 1 else (jaw[d, c.BX], jaw[d, c.BY])
+    underside, face = (c.A_UNDERSIDE, c.A_FACE) if k == 1 else (c.B_UNDERSIDE, c.B_FACE)
+    near = corner_on_block(qx, qy, underside, face, t, py, x, y, cos, sin)
+    length = target[d, c.TARGET_LENGTH]
+    if length == 0.0:
+        return near
+    behind = x + cos * qx - sin * qy - t - length
+    if behind <= max(t - (x + cos * qx - sin * qy), py - (y + sin * qx + cos * qy)):
+        return near
+    return c.A_BACK if k == 1 else c.VOID
+
+
+@inlined
+def _edge_feature(jaw, d, t, py, x, y, cos, sin):
+    """The block's corner over the edge, where the edge's normal points into the block and the
+    corner has not gone behind the return face.
+
+    Where the normal points past the block, a corner of the jaw touches first; but close to that the
+    edge is flat on a side of the block, and both ends of their contact count.
+    """
+    if nearest_part(jaw, d, t, py, x, y, cos, sin) != c.ON_EDGE:
+        return c.VOID
+    ax = cos * (t - x) + sin * (py - y) - jaw[d, c.AX]
+    ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
+    if jaw[d, c.TRX] * ay > jaw[d, c.TRY] * ax:
+        return c.VOID
+    nx, ny, size = -jaw[d, c.TAY], jaw[d, c.TAX], 1.0
+    if jaw[d, c.RHO] < 0.0:
+        nx = jaw[d, c.MX] - cos * (t - x) - sin * (py - y)
+        ny = jaw[d, c.MY] - cos * (py - y) + sin * (t - x)
+        size = np.sqrt(nx * nx + ny * ny)
+    least = -c.FLAT * size
+    faces = cos * nx - sin * ny >= least and sin * nx + cos * ny >= least
+    return c.ON_EDGE if faces else c.VOID
+
+
+@inlined
+def _return_feature(jaw, target, d, t, x, y, cos, sin):
+    """The far corner of a block that reaches from before the return face to behind it, below
+    corner a; where the face's normal points into the block, or nearly so (`_edge_feature`)."""
+    length = target[d, c.TARGET_LENGTH]
+    leans_up = cos * jaw[d, c.TRX] - sin * jaw[d, c.TRY] >= -c.FLAT
+    leans_back = sin * jaw[d, c.TRX] + cos * jaw[d, c.TRY] >= -c.FLAT
+    if not (leans_up and leans_back):
+        return c.VOID
+    ax = cos * (t - x) + sin * (target[d, c.TARGET_Y] - y) - jaw[d, c.AX]
+    ay = cos * (target[d, c.TARGET_Y] - y) - sin * (t - x) - jaw[d, c.AY]
+    outside = jaw[d, c.TRX] * ay - jaw[d, c.TRY] * ax > 0.0
+    along = jaw[d, c.TRX] * (ax + cos * length) + jaw[d, c.TRY] * (ay - sin * length)
+    return c.FAR_RETURN if length > 0.0 and outside and along <= 0.0 else c.VOID
+
+
+@inlined
+def _single_feature(kind, jaw, target, d, t, x, y, cos, sin):
+    """The feature by which a straight or convex jaw touches the target."""
+    if kind == c.CIRCLE:
+        return circle_part(jaw, target, d, t, x, y, cos, sin)
+    near = block_feature(jaw, target, d, t, x, y, cos, sin)
+    return far_feature(jaw, target, d, t, x, y, cos, sin, near)
 
 
 @inlined
 def closest_count(kind, jaw, d):
-    """How many constraints the closed form needs: one, but for a concave arc, whose two corners may
-    touch at once: two against the circle (the nearest part and the farther corner), three against
-    the block."""
-    if jaw[d, c.RHO] >= 0.0:
-        return 1
-    return 2 if kind == c.CIRCLE else 3
+    """Among how many features the closest is to be looked for."""
+    return several_count(kind, jaw, d) if jaw[d, c.RHO] < 0.0 else 1
 
 
 @inlined
 def closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
-    """The feature of constraint `k` in the closed form at this pose (`VOID` where nothing
-    faces)."""
-    py = target[d, c.TARGET_Y]
-    if kind == c.BLOCK:
-        if jaw[d, c.RHO] >= 0.0:
-            near = block_feature(jaw, target, d, t, x, y, cos, sin)
-            return far_feature(jaw, target, d, t, x, y, cos, sin, near)
-        if k == 0:
-            part = nearest_part(jaw, d, t, py, x, y, cos, sin)
-            return part if part == c.ON_EDGE else c.VOID
-        if k == 1:
-            return corner_on_block(
-                jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
-            )
-        return corner_on_block(
-            jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
-        )
-    part = circle_part(jaw, target, d, t, x, y, cos, sin)
-    if k == 0:
-        return part
-    if part != c.ON_EDGE:
-        return c.ON_A if part == c.ON_B else c.ON_B
-    qx, qy = cos * (t - x) + sin * (py - y), cos * (py - y) - sin * (t - x)
-    to_a = (qx - jaw[d, c.AX]) ** 2 + (qy - jaw[d, c.AY]) ** 2
-    to_b = (qx - jaw[d, c.BX]) ** 2 + (qy - jaw[d, c.BY]) ** 2
-    return c.ON_A if to_a < to_b else c.ON_B
+    """Feature `k` of `closest_count` at this pose (`VOID` where nothing faces)."""
+    if jaw[d, c.RHO] >= 0.0:
+        return _single_feature(kind, jaw, target, d, t, x, y, cos, sin)
+    return several_feature(kind, k, jaw, target, d, t, x, y, cos, sin)
 
 
 @inlined
@@ -300,14 +374,12 @@ def closest_gap(kind, hold, jaw, target, d, t, x, y, cos, sin):
     0."""
     if hold >= 0:
         return feature_gap(hold, jaw, target, d, t, x, y, cos, sin)
-    feature = closest_feature(kind, 0, jaw, target, d, t, x, y, cos, sin)
-    best = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
-    for k in range(1, closest_count(kind, jaw, d)):
+    best = _nothing(np.inf)
+    for k in range(closest_count(kind, jaw, d)):
         feature = closest_feature(kind, k, jaw, target, d, t, x, y, cos, sin)
-        if feature != c.VOID:
-            other = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
-            if other[0] < best[0]:
-                best = other
+        other = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
+        if other[0] < best[0]:
+            best = other
     return best
 
 

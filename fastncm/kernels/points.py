@@ -20,7 +20,7 @@ def constraint_count(form, points, kind, jaw, d):
     catch between two points like in the teeth of a comb.
     """
     if form == c.CLOSEST:
-        return gap.closest_count(kind, jaw, d)
+        return gap.several_count(kind, jaw, d)
     if form == c.POINTS_ON_FINGER:
         return points + gap.closest_count(kind, jaw, d) if kind == c.BLOCK else points
     return points + (2 if kind == c.CIRCLE else gap.closest_count(kind, jaw, d))
@@ -96,17 +96,20 @@ def constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin):
         px, py = target_point(kind, k, points, jaw, target, d, t)
         part = gap.nearest_part(jaw, d, px, py, x, y, cos, sin)
         return gap.jaw_gap(jaw, d, part, px, py, 0.0, x, y, cos, sin)
-    if form == c.POINTS_ON_TARGET and kind == c.CIRCLE:
+    if form == c.CLOSEST:
+        feature = gap.several_feature(kind, k, jaw, target, d, t, x, y, cos, sin)
+    elif form == c.POINTS_ON_TARGET and kind == c.CIRCLE:
         feature = c.ON_A if k == points else c.ON_B
     else:  # the sharp corners' own constraints are those of the closed form
-        of_closest = k if form == c.CLOSEST else k - points
-        feature = gap.closest_feature(kind, of_closest, jaw, target, d, t, x, y, cos, sin)
+        feature = gap.closest_feature(kind, k - points, jaw, target, d, t, x, y, cos, sin)
     return gap.feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
 
 
 @kernel
 def smallest_gap(form, points, kind, jaw, target, d, t, x, y, cos, sin):
     """The smallest gap over all constraints at one pose."""
+    if form == c.CLOSEST:
+        return gap.closest_gap(kind, -1, jaw, target, d, t, x, y, cos, sin)[0]
     smallest = np.inf
     for k in range(constraint_count(form, points, kind, jaw, d)):
         g = constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin)

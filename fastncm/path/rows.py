@@ -54,12 +54,14 @@ from fastncm.path.lanes import MOST
     SIDE,
     STICKING,
     DIRECTION,
-) = range(29)
-COLUMNS = 29
+    DISCRETE,
+) = range(30)
+COLUMNS = 30
 
 # RUB: friction force along t = (-ny, nx), n the normal; SIDE: friction over normal force where the
 # contact slides (signed), else 0; STICKING: contacts that stick; DIRECTION: sense of the target's
-# motion along x, +1 or -1, by which the insertion force is counted.
+# motion along x, +1 or -1, by which the insertion force is counted; DISCRETE: the part of the
+# estimate that is due to the M points of a point form.
 
 # --- kinds of rows -------------------------------------------------------------------------------
 #: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL

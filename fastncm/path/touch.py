@@ -13,6 +13,8 @@ from fastncm.kernels.points import smallest_gap
 #: trials at most: twelve are usual; a bracket that does not shrink is halved every fourth time.
 _ROUNDING = 4e-16
 _TRIALS = 240
+#: Largest gap (finger lengths and target's sizes up to 1000) that is a touch.
+_TOUCHING = 1e-9
 
 
 @inlined
@@ -32,6 +34,13 @@ def locate_touch(problem, d, free, touching):
     rounding."""
     form, points = problem.form, problem.points
     return _locate(form, points, problem.kind, problem.jaw, problem.target, d, free, touching)
+
+
+@inlined
+def is_inside(problem, d, t):
+    """True where the gap at the located touch `t` is no touch: the gap jumps there, because the
+    target comes out of the inside of the jaw (from below into a cup, or out of its free end)."""
+    return problem.form == c.CLOSEST and undeformed_gap(problem, d, t) > _TOUCHING
 
 
 @inlined

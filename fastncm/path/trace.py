@@ -11,7 +11,7 @@ from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
 from fastncm.path.slip import slip
-from fastncm.path.touch import locate_touch, undeformed_gap
+from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
 from fastncm.path.walk import forget, predict, remember
 from fastncm.sqp import status
 
@@ -87,7 +87,8 @@ def begin_block(problem, first, lanes):
 def begin_position(problem, i, lanes, walk, going, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
-    An overlap within rounding (a path that starts at first touch) is no contact yet.
+    An overlap within rounding (a path that starts at first touch) is no contact yet. A target that
+    comes out of the inside of the jaw is INFEASIBLE.
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place
     of first touch (for the first position: of a target that comes from beyond the tip): ``walk.t``.
@@ -119,6 +120,10 @@ def begin_position(problem, i, lanes, walk, going, trace):
                 free += reach
                 reach *= 1.5
             walk.t[lane] = locate_touch(problem, d, free, t)
+            if is_inside(problem, d, walk.t[lane]):
+                trace.rows[d, i, rows.POSITION] = t
+                trace.rows[d, i, rows.STATUS] = status.INFEASIBLE
+                continue
             if lanes.mu[lane] > 0.0:
                 stick.begin_contact(problem, lanes, walk, lane)
                 sense = np.sign(t - walk.t[lane])

@@ -75,6 +75,29 @@ def check_jaw(values: Values, rows: IntArray) -> None:
         )
 
 
+def check_return(values: Values, options: Mapping[str, object], rows: IntArray) -> None:
+    """The return face is behind the jaw: not in front of its edge, and corner a sticks out.
+
+    A target that cannot come to it, an endless block, does not ask.
+    """
+    endless = options["target.shape"] == "block" and np.isnan(values["target_length"]).all()
+    if options["jaw.shape"] == "none" or endless:
+        return
+    across, down = values["b_x"] - values["a_x"], values["a_y"] - values["b_y"]
+    chord = np.arctan2(-down, across)
+    half = np.zeros(1)
+    if "jaw_radius" in values:
+        half = np.arcsin(np.minimum(np.hypot(across, down) / (2.0 * values["jaw_radius"]), 1.0))
+        half = half if options["jaw.convex"] else -half
+    low = np.maximum(chord + half, 0.0)  # the edge's direction at a
+    high = np.minimum(chord + np.minimum(half, 0.0) + np.pi, np.pi)
+    low, high, back = np.broadcast_arrays(low, high, values["return_angle"])
+    fits = (low < back) & (back < high)
+    i = int(np.argmin(fits))
+    expected = f"between {low[i]:.6g} and {high[i]:.6g}: the return face lies behind the jaw"
+    _require(fits, "jaw.return_angle", back, expected, rows)
+
+
 def check_profile(values: Values, options: Mapping[str, object], rows: IntArray) -> None:
     """A thickness profile covers the finger, no more and no less."""
     profile = options.get("finger.profile")

@@ -23,6 +23,7 @@ from fastncm.scene.geometry import (
     check_jaw,
     check_path,
     check_profile,
+    check_return,
     move_jaw,
 )
 from fastncm.scene.kinds import Word
@@ -76,6 +77,7 @@ def resolve(base: Mapping[str, object], columns: Mapping[str, object]) -> list[G
         if options["jaw.shape"] != "none":
             move_jaw(values, rows)
             check_jaw(values, rows)
+            check_return(values, options, rows)
         check_profile(values, options, rows)
         check_path(values, options, rows)
         check_friction(options, values, rows)

@@ -171,3 +171,42 @@ def test_what_solves_without_friction_only(changes):
         CIRCLE.replace({**changes, "friction.mu": 0.2})
     assert CIRCLE.replace(changes).friction.mu == 0.0
     assert CIRCLE.replace({**changes, "friction.mu": 0.2, "friction.model": "recovered"})
+
+
+@pytest.mark.parametrize(
+    ("changes", "angle", "low", "high"),
+    [
+        # the chord of snapfit-circle descends by 24.87 degrees
+        ({}, 2.75, 0.0, math.pi - math.atan2(0.0089, 0.0192)),
+        # a quarter of a circle over a chord that descends by 45 degrees: level at a if convex,
+        # upright if concave
+        ({"convex": True}, 2.40, 0.0, 0.75 * math.pi),
+        ({"convex": False}, 0.5 * math.pi + 0.01, 0.0, 0.5 * math.pi),
+        # three eighths of one: rises by 22.5 degrees at a
+        ({"convex": True, "half": 3.0}, 0.38, math.pi / 8.0, 0.75 * math.pi),
+    ],
+)
+def test_return_faces_lie_behind_the_jaw(changes, angle, low, high):
+    arc = {}
+    if changes:
+        half = changes.get("half", 2.0) * math.pi / 8.0
+        arc = {
+            "jaw.shape": "arc",
+            "jaw.a": (0.057, 0.011),
+            "jaw.b": (0.067, 0.001),
+            "jaw.radius": 0.005 * math.sqrt(2.0) / math.sin(half),
+            "jaw.convex": changes["convex"],
+        }
+    with pytest.raises(SceneError, match="behind the jaw") as caught:
+        CIRCLE.replace(arc | {"jaw.return_angle": angle})
+    assert caught.value.name == "jaw.return_angle"
+    assert f"between {low:.6g} and {high:.6g}" in str(caught.value)
+    CIRCLE.replace(arc | {"jaw.return_angle": 0.5 * (low + high)})
+
+
+def test_an_endless_block_never_comes_to_the_return_face():
+    steep = {"jaw.a": (0.057, 0.0086), "jaw.b": (0.0571, 0.0016), "jaw.radius": 0.0051}
+    leaning = steep | {"jaw.convex": False, "jaw.return_angle": 2.5}
+    CORNER.replace(leaning)
+    with pytest.raises(SceneError, match="behind the jaw"):
+        CORNER.replace(leaning | {"target.length": 0.01})

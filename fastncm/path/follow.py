@@ -1,0 +1,192 @@
+"""Following the stable equilibria of one design by the SQP, from one position of the target to the
+next, and over their end to what the finger snaps to.
+
+What counts is the branch that starts at first touch; the SQP by itself finds some minimum. So a
+move is taken only if the solution is a minimum along its active constraints and has come there
+evenly, and is divided otherwise. A branch ends at a limit point, or where an edge or a corner slips
+off another; there the finger snaps to a state of less energy.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.constants import LANES
+from fastncm.sqp import qp, status
+from fastncm.sqp.design import hessian
+from fastncm.sqp.solve import solve
+
+#: Shortest move of the target, as a share of the way to a position (and of a length, by rounding);
+#: a move that fails is tried again with a part of it, one that does not is followed by a longer
+#: one. Moves that are tried for one position, at most.
+_SHORTEST, _ROUNDING = 1e-7, 1e-13
+_SHORTER, _LONGER = 0.25, 2.0
+_MOST_MOVES = 400
+#: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
+#: there its constraints may hardly be told from those of the branch.
+_BEYOND = (1.0, 1e2, 1e4)
+#: A change of shape (share of the shape) that is small; and by how much (share of the change) the
+#: shape half-way may be off the middle: half of it is a jump, 0.21 what a square root does.
+_SMALL, _TINY = 0.1, 1e-4
+_OFF_MIDDLE = 0.25
+#: Stiffness of the active constraints, over the Hessian's largest entry, by which the stability
+#: along them is judged.
+_STIFF = 1e4
+
+
+class Spare(NamedTuple):
+    """One design's tables in lane 0, slope (m, Q, LANES) and end (m, LANES), and its shapes (m,):
+    the last one, one half-way from there, and the one in work."""
+
+    slope: np.ndarray
+    end: np.ndarray
+    u: np.ndarray
+    u_middle: np.ndarray
+    u_start: np.ndarray
+
+
+@driver
+def make_spare(modes, points):
+    """Room for one design."""
+    return Spare(
+        np.zeros((modes, points, LANES)),
+        np.zeros((modes, LANES)),
+        np.zeros(modes),
+        np.zeros(modes),
+        np.zeros(modes),
+    )
+
+
+@inner
+def approach(design, start, stop, spare, work, options):
+    """Follow the shape ``spare.u_start`` from the target's position `start` to `stop`; the solution
+    is left in ``spare.u`` and ``spare.u_start``.
+
+    A move counts where the solution changes little, or evenly: no more than a quarter off the
+    middle half-way. Where the branch ends (a limit point, an edge that slips off a corner) the
+    finger snaps to what the SQP finds from there, if that has less energy.
+
+    Returns ``(status, reached, released, iterations)``: the last position of the branch from
+    `start`, which is `stop` unless it ended, and the energy that the snap released there (0: none).
+    """
+    t, room, reached, released = start, stop - start, stop, 0.0
+    shortest = max(_SHORTEST * abs(room), _ROUNDING * (1.0 + abs(start)))
+    total = 0
+    result = status.MAX_ITERATIONS
+    for _ in range(_MOST_MOVES):
+        left = stop - t
+        whole = abs(left) <= abs(room)
+        goal = stop if whole else t + room
+        result, iterations, followed = _move(design, t, goal, spare, work, options)
+        total += iterations
+        if not followed and abs(room) <= shortest:
+            goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
+            total += iterations
+            followed = fallen > 0.0
+            whole = goal == stop
+            if followed:
+                result = status.CONVERGED
+            if released == 0.0:
+                reached, released = t, fallen
+        if followed:
+            _copy(spare.u, spare.u_start)
+            t = goal
+            if whole:
+                return result, reached, released, total
+            room *= _LONGER
+        elif abs(room) > shortest:
+            room = np.copysign(max(_SHORTER * min(abs(room), abs(left)), shortest), left)
+        else:
+            break
+    if result == status.CONVERGED:
+        result = status.MAX_ITERATIONS
+    return result, t if released == 0.0 else reached, released, total
+
+
+@inner
+def _copy(source, target):
+    for k in range(source.shape[0]):
+        target[k] = source[k]
+
+
+@inner
+def _energy(u):
+    total = 0.0
+    for k in range(u.shape[0]):
+        total += 0.5 * u[k] * u[k]
+    return total
+
+
+@inner
+def _snap(design, start, stop, shortest, spare, work, options):
+    """The stable state to which the finger snaps from ``spare.u_start`` just beyond `start`, left
+    in ``spare.u``. Returns ``(where, energy released, iterations)``, 0 released where none is
+    found."""
+    total = 0
+    for reach in _BEYOND:
+        way = min(reach * shortest, abs(stop - start))
+        goal = stop if way == abs(stop - start) else start + np.copysign(way, stop - start)
+        _copy(spare.u_start, spare.u)
+        work.multipliers[:] = 0.0
+        result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
+        total += iterations
+        fallen = _energy(spare.u_start) - _energy(spare.u)
+        if result == status.CONVERGED and fallen > 0.0 and _is_stable(design, work):
+            return goal, fallen, total
+    return start, 0.0, total
+
+
+@inner
+def _move(design, start, goal, spare, work, options):
+    """Solve at `goal` from ``spare.u_start`` at `start`. Returns ``(status, iterations, whether the
+    solution is stable and was followed)``."""
+    _copy(spare.u_start, spare.u)
+    work.multipliers[:] = 0.0
+    result, count, total, _ = solve(design, goal, spare.u, 0, work, options)
+    if result != status.CONVERGED or not _is_stable(design, work):
+        return result, total, False
+    size, change = 0.0, 0.0
+    for k in range(spare.u.shape[0]):
+        size = max(size, abs(spare.u_start[k]))
+        change = max(change, abs(spare.u[k] - spare.u_start[k]))
+    if change <= _SMALL * size and design.form != c.CLOSEST or change <= _TINY * size:
+        return result, total, True
+    _copy(spare.u_start, spare.u_middle)
+    work.multipliers[:] = 0.0
+    middle = start + 0.5 * (goal - start)
+    halfway, count, iterations, _ = solve(design, middle, spare.u_middle, 0, work, options)
+    total += iterations
+    if halfway != status.CONVERGED:
+        return result, total, False
+    _copy(spare.u_middle, spare.u)
+    result, count, iterations, _ = solve(design, goal, spare.u, count, work, options)
+    total += iterations
+    change, off = 0.0, 0.0
+    for k in range(spare.u.shape[0]):
+        change = max(change, abs(spare.u[k] - spare.u_start[k]))
+        even = 0.5 * (spare.u_start[k] + spare.u[k])
+        off = max(off, abs(spare.u_middle[k] - even))
+    return result, total, result == status.CONVERGED and off <= _OFF_MIDDLE * change
+
+
+@inner
+def _is_stable(design, work):
+    """True where the solved shape is a minimum of the energy along its active constraints."""
+    modes = work.step.shape[0]
+    hessian(design, work.at, work.multipliers, work.hessian)
+    largest = 0.0
+    for i in range(modes):
+        largest = max(largest, abs(work.hessian[i, i]))
+    for k in range(work.multipliers.shape[0]):
+        if work.multipliers[k] <= 0.0:
+            continue
+        row = work.at.jacobian[k]
+        norm = 0.0
+        for i in range(modes):
+            norm += row[i] * row[i]
+        for i in range(modes):
+            for j in range(modes):
+                work.hessian[i, j] += _STIFF * largest / norm * row[i] * row[j]
+    return qp.cholesky(work.hessian, modes)
