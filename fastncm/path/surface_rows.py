@@ -2,11 +2,11 @@
 
 The error estimate has five parts. A node touches where the target would touch between two: the
 finger is held off by up to an eighth of the second difference of the gaps around the ends of the
-contact, or at the tip by how deep the side lies in the target before it. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
-moves a contact by their sum. The energy is a midpoint rule, which misses the second differences of
-``M^2 / B``: so much the finger is too stiff. Forces act on nodes (`path.misplaced`). And what the
-iteration left. What a move of all contacts along their normals does to the force is one pass along
-the finger.
+contact, or at the tip by how deep the side lies in the target before it. The axis is a chain of
+chords, each shorter than its arc by ``(h psi')^2 / 24``, which moves a contact by their sum. The
+energy is a midpoint rule, which misses the second differences of ``M^2 / B``: so much the finger is
+too stiff. Forces act on nodes (`path.misplaced`). And what the iteration left. What a move of all
+contacts along their normals does to the force is one pass along the finger.
 """
 
 import numpy as np
