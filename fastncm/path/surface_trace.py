@@ -16,7 +16,7 @@ from fastncm.kernels.nodal import (
 )
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
-from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
+from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
 from fastncm.sqp.surface_state import (
@@ -38,6 +38,8 @@ _ROUNDS = 20
 _LARGEST_TURN, _SAME_WAY = 0.5, 0.5
 #: Slide (of the position) that settles which contacts slide and which stick.
 _SLIDE = 1e-3
+#: Smallest part of the friction by which it grows, where a finger was solved without.
+_LEAST_FRICTION = 0.01
 #: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
 _TOUCH = 1e-3
 #: What is known of the finger at the position before: nothing, that it is free, its contact.
@@ -271,6 +273,7 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     work, state = walk.work, walk.work.state
     x, y, angle = _on_the_way(problem, d, walk, share)
     motion = (x - walk.place[0], y - walk.place[1], angle - walk.place[2])
+    work.rubs[0] = mu > 0.0
     if mu > 0.0:
         choose_senses(state, motion, x, y, False)
     result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
@@ -296,18 +299,19 @@ def _approach(problem, d, walk, mu, tolerance, trace):
     """
     work, move = walk.work, walk.move
     length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
-    share = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
-    total, left = 0, 1.0
+    longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
+    share, total, left = longest, 0, 1.0
+    careful, jumped = True, False
     while True:
         share = min(share, left)
         predict(walk.strides, walk.kept, move, share, work.state)
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
-        shorter = 0.25 * share
-        if result == status.CONVERGED and not (
-            shorter >= _SHORTEST_SHARE and _has_jumped(problem, walk)
-        ):
+        solved = result == status.CONVERGED
+        if solved and careful and 0.25 * share >= _SHORTEST_SHARE and _has_jumped(problem, walk):
+            solved, jumped = False, True
+        if solved:
             remember(walk.strides, walk.kept, move, share)
             _copy_state(work.state, walk.kept)
             walk.push[0], walk.push[1] = work.state.fx[1], work.state.fy[1]
@@ -319,27 +323,63 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             continue
         _copy_state(walk.kept, work.state)
         forget(walk.strides)
-        share = shorter
+        share *= 0.25
         if share < _SHORTEST_SHARE:
+            if not jumped:
+                return result, total
+            share, careful, jumped = longest, False, False  # it does jump
+
+
+@inner
+def _rub(problem, d, walk, tolerance):
+    """Solve with all contacts sliding, with friction that grows from none to all of it in as many
+    steps as it takes. Returns ``(status, iterations)``."""
+    work, state = walk.work, walk.work.state
+    motion = (walk.move[0], walk.move[1], walk.move[2])
+    x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+    work.rubs[0] = True
+    share, step, total = 0.0, 1.0, 0
+    while True:
+        choose_senses(state, motion, x, y, True)
+        for k in range(state.along.shape[0]):
+            state.along[k] *= share + step
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
+        if result == status.CONVERGED:
+            _copy_state(state, walk.kept)
+            share += step
+            if share == 1.0:
+                return result, total
+            step = min(2.0 * step, 1.0 - share)
+            continue
+        _copy_state(walk.kept, state)
+        step *= 0.25
+        if step < _LEAST_FRICTION:
             return result, total
 
 
 @inner
 def _slide_in(problem, d, goal, i, walk, tolerance, trace):
     """Put friction on a finger that was solved without at the `goal` of position `i`, as if the
-    target had slid for long. Returns ``(status, iterations)``."""
-    work = walk.work
+    target had slid for long; where friction lets nothing slide, as if it had stuck there. Returns
+    ``(status, iterations)``."""
+    work, state = walk.work, walk.work.state
     for c in range(3):
         walk.move[c] = _SLIDE * problem.motion[d, i, c]
         walk.place[c] = goal[c] - walk.move[c]
     walk.turn[0] = 0.0
-    motion = (walk.move[0], walk.move[1], walk.move[2])
-    x, y, angle = walk.place[0], walk.place[1], walk.place[2]
-    choose_senses(work.state, motion, x, y, True)
-    result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+    result, total = _rub(problem, d, walk, tolerance)
     if result != status.CONVERGED:
-        return result, total
-    _copy_state(work.state, walk.kept)
+        for k in range(state.force.shape[0]):
+            state.along[k], state.stuck[k] = 0.0, False
+        work.rubs[0] = False
+        x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
+        if result != status.CONVERGED:
+            return result, total
+        grip(state)
+        _copy_state(state, walk.kept)
     forget(walk.strides)
     result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     return result, total + count
