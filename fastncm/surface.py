@@ -27,6 +27,8 @@ _ALGEBRAIC_SHARE, _TIGHTEST, _LOOSEST = 1e-2, 1e-13, 1e-10
 #: Corners of a polygon are contact points where an edge beside them is longer than this part of an
 #: interval of the finger, or where the outline turns by this angle (rad) within an interval.
 _EDGE, _TURN = 1.0, 0.2
+#: Points around an ellipse; those whose radius of curvature is below an interval are contact points.
+_AROUND = 32
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
 _SHAPES = {
@@ -231,12 +233,17 @@ def _vertices(scene: Scene, semi_x: Array, semi_y: Array, length: Array) -> Arra
 
 def _target_points(scene: Scene, vertices: Array) -> Array:
     """Points (D, M, 2) of the target that are contact points: `solver.points` all around it (10b),
-    or, where the finger's nodes are (10a), what is sharper than the finger: a polygon's corners."""
-    shape = scene.target.shape
+    or, where the finger's nodes are (10a), what is too sharp to be seen by them: a polygon's
+    corners, and where an ellipse is as sharp as those."""
+    shape, interval = scene.target.shape, 1.0 / scene.solver.intervals
     if scene.solver.contact != "points-on-target":
-        if shape != "polygon" or scene.solver.contact != "closest":
+        if shape == "half-plane" or scene.solver.contact != "closest":
             return np.zeros((len(vertices), 0, 2))
-        return np.ascontiguousarray(vertices[:, _sharp(vertices, 1.0 / scene.solver.intervals)])
+        if shape == "polygon":
+            return np.ascontiguousarray(vertices[:, _sharp(vertices, interval)])
+        angle = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+        around: Array = vertices * np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.ascontiguousarray(around[:, _curved(vertices, angle, interval)])
     fraction = np.arange(scene.solver.points) / scene.solver.points
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
@@ -251,6 +258,15 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
         return np.ascontiguousarray(vertices[:, low] + share * edges[:, low])
     angle = 2.0 * np.pi * fraction
     return np.ascontiguousarray(vertices * np.column_stack([np.cos(angle), np.sin(angle)]))
+
+
+def _curved(axes: Array, angle: Array, interval: float) -> Array:
+    """Which points (M,) bool of the ellipses with semi-axes `axes` (D, 1, 2), at the eccentric
+    anomalies `angle` (M,), have a radius of curvature below an `interval`."""
+    a, b = axes[:, :, 0], axes[:, :, 1]
+    radius = np.hypot(a * np.sin(angle), b * np.cos(angle)) ** 3 / (a * b)
+    curved: Array = (radius < interval).any(axis=0)
+    return curved
 
 
 def _sharp(vertices: Array, interval: float) -> Array:

@@ -27,6 +27,11 @@ from fastncm.kernels.trig import sincos
 
 #: Gap (finger lengths) of a pair that cannot touch.
 FAR = 0.25
+#: A target's point leaves its section for the next one beyond this part of the interval to that: a
+#: little more than half, so that a solve sees one.
+_NEARER = 0.55
+#: Points of the target closer than this (finger lengths) are one.
+_SAME = 1e-9
 
 
 class NodalProblem(NamedTuple):
@@ -179,12 +184,23 @@ def place_axis(problem, state, size):
 
 
 @inlined
+def _is_contact_point(problem, d, x, y):
+    """Whether the point of the target at `x`, `y` in its own frame is itself a contact point."""
+    for m in range(problem.points.shape[1]):
+        dx, dy = problem.points[d, m, 0] - x, problem.points[d, m, 1] - y
+        if max(abs(dx), abs(dy)) < _SAME:
+            return True
+    return False
+
+
+@inlined
 def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     """Node or corner `k` and its gap to the target at `x`, `y`, turned by an angle of that sine and
     cosine.
 
     The gap of an unloaded point that is certainly above `margin` is not worked out: a distance
-    changes by no more than the point moves.
+    changes by no more than the point moves. A node between the finger's ends does not touch a
+    target's corner that is a contact point: that touches the side, with the side's normal.
     """
     j, offset = min(k, problem.step.shape[0]), problem.offset[d, k]
     state.px[k] = state.x[j] - offset * state.section_sin[j]
@@ -200,6 +216,9 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
     state.gap[k], state.curvature[k] = g, curvature
     state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
+    if curvature > 0.0 and k < problem.step.shape[0] and problem.points.shape[1] > 0:
+        if _is_contact_point(problem, d, qx - g * nx, qy - g * ny):
+            state.nx[k], state.ny[k] = 0.0, 0.0
     if state.stuck[k]:
         moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]
         state.slide[k] = moved_y * nx - moved_x * ny
@@ -239,9 +258,9 @@ def _nearest_section(problem, k, state):
     for _ in range(tip + 1):
         dx, dy = state.px[k] - state.x[j], state.py[k] - state.y[j]
         along = dx * state.section_cos[j] + dy * state.section_sin[j]
-        if j < tip and along > 0.75 * problem.step[j]:
+        if j < tip and along > _NEARER * problem.step[j]:
             j += 1
-        elif j > 0 and along < -0.75 * problem.step[j - 1]:
+        elif j > 0 and along < -_NEARER * problem.step[j - 1]:
             j -= 1
         else:
             break
@@ -278,7 +297,7 @@ def _place_target_point(problem, d, k, state):
     steep = slope + bend * along
     scale = 1.0 / np.sqrt(1.0 + steep * steep)
     gap = (height - thick - along * (slope + 0.5 * bend * along)) * scale
-    beyond = along > 0.75 * problem.step[tip - 1] and j == tip
+    beyond = along > 0.0 and j == tip  # the tip's own corner touches there
     if j == 0 or beyond or gap < -max(2.0 * thick, FAR):
         gap = FAR
     state.gap[k] = gap

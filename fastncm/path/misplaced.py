@@ -1,7 +1,8 @@
 """How far beside its true place a contact force may act, which only nodes can carry.
 
 A node carries what the finger would carry up to half an interval beside it. A single contact sits
-at the vertex of the parabola through its gap and its neighbours'. At an end of a longer contact, a
+at the vertex of the parabola through its gap and its neighbours'; one at the tip where the gap
+falls inwards from there, by the parabola of that slope. At an end of a longer contact, a
 force that stands out from the next two is a point load, between this node and the next; a smooth
 pressure is summed up to its end, and only a small share of it is misplaced. Moving a force along
 the finger changes its arm, and turns it with the target's normal.
@@ -14,6 +15,27 @@ from fastncm.kernels.cache import inlined, inner
 _ARM, _PRESSURE = 1.5, 0.05
 #: The gap of a neighbour that there is not.
 _NONE = 1.0
+
+
+@inlined
+def tip_slope(problem, d, state):
+    """By how much the gap at the tip rises along the finger's side, per unit of s; 0 where it
+    falls."""
+    tip = problem.step.shape[0]
+    taper = (problem.offset[d, tip] - problem.offset[d, tip - 1]) / problem.step[tip - 1]
+    along_x = state.cos[tip] - taper * state.section_sin[tip]
+    along_y = state.sin[tip] + taper * state.section_cos[tip]
+    return max(0.0, state.nx[tip] * along_x + state.ny[tip] * along_y)
+
+
+@inlined
+def before_tip(problem, d, state):
+    """How far before the tip, which touches, the side is nearest to the target."""
+    tip = problem.step.shape[0]
+    slope, h = tip_slope(problem, d, state), problem.step[tip - 1]
+    if slope == 0.0:
+        return 0.0
+    return 0.5 * slope * h * h / (max(state.gap[tip - 1], 0.0) + slope * h)
 
 
 @inlined
@@ -54,7 +76,7 @@ def _at_end(problem, state, k, inward, length):
 
 
 @inner
-def misplaced_forces(problem, state):
+def misplaced_forces(problem, d, state):
     """Change of the sum of normal forces that comes with the places of contacts, at most."""
     tip, last = problem.step.shape[0], problem.step.shape[0]
     first = 1
@@ -71,10 +93,13 @@ def misplaced_forces(problem, state):
         length = k - begin + 1
         if length > 1:
             total += _at_end(problem, state, begin, 1, length)
-        if k != tip:  # where the finger ends is no matter of discretisation
+        if k != tip:
             if length > 1:
                 total += _at_end(problem, state, k, -1, length)
             else:
                 total += _at_single(problem, state, k, first, last)
+        elif length == 1:
+            beside = before_tip(problem, d, state)
+            total += _change(problem, state, k, state.force[k], beside)
         k += 1
     return total

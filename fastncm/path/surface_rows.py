@@ -2,18 +2,18 @@
 
 The error estimate has five parts. A node touches where the target would touch between two: the
 finger is held off by up to an eighth of the second difference of the gaps around the ends of the
-contact. The axis is a chain of chords, each shorter than its arc by ``(h psi')^2 / 24``, which
-moves a contact by their sum. The energy is a midpoint rule, which misses the second differences of
-``M^2 / B``: so much the finger is too stiff. Forces act on nodes (`path.misplaced`). And what the
-iteration left. What a move of all contacts along their normals does to the force is one pass along
-the finger.
+contact, or at the tip by how deep the side lies in the target before it. The axis is a chain of
+chords, each shorter than its arc by ``(h psi')^2 / 24``, which moves a contact by their sum. The
+energy is a midpoint rule, which misses the second differences of ``M^2 / B``: so much the finger is
+too stiff. Forces act on nodes (`path.misplaced`). And what the iteration left. What a move of all
+contacts along their normals does to the force is one pass along the finger.
 """
 
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import contact_direction, friction_ratio
-from fastncm.path.misplaced import misplaced_forces
+from fastncm.path.misplaced import before_tip, misplaced_forces, tip_slope
 from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
 
@@ -84,16 +84,26 @@ def _estimate(problem, d, work, normal, residual):
         if state.force[k] > 0.0:
             bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
             held_off = max(held_off, 0.125 * abs(bend))
+    if problem.nodes_touch and state.force[intervals] > 0.0:
+        held_off = max(held_off, 0.5 * tip_slope(problem, d, state) * before_tip(problem, d, state))
     shortened, missed, uneven, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(1, work.size[0] + 1):
+        h = problem.step[i - 1]
         turned = state.psi[i] - state.psi[i - 1]
-        shortened += problem.step[i - 1] * turned * turned / 24.0
+        shortened += h * turned * turned / 24.0
         bent = problem.bending[d, i - 1] * turned * turned
+        # by the change of the moment over the interval; by the neighbours' where it is curved
+        rise = h * (state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i])
+        lost = problem.flexibility[d, i - 1] * rise * rise / 12.0
         if i > 2:
-            missed += abs(bent - 2.0 * last + before) / 24.0
+            lost = max(lost, abs(bent - 2.0 * last + before) / 24.0)
+        if problem.printed_section:  # what turns sections turns them the more, the shorter h
+            couple = h * state.couple[i]
+            lost += problem.shear_flexibility[d, i - 1] * couple * couple
+        missed += lost
         before, last = last, bent
         # the moment is not the same all over an interval: nor then is the mean of its flexibility
-        middle = problem.step[i - 1] / problem.thickness[d, i - 1] ** 3
+        middle = h / problem.thickness[d, i - 1] ** 3
         uneven += bent * abs(1.0 - middle / problem.flexibility[d, i - 1])
         energy += bent
     for k in range(intervals + 2, len(state.gap)):
@@ -102,10 +112,12 @@ def _estimate(problem, d, work, normal, residual):
             beside = abs(state.seen_x[k] - problem.arc[j])
             give = problem.shear_flexibility[d, j - 1] * problem.step[j - 1]
             shortened += state.force[k] * beside * give
+            bend = problem.flexibility[d, j - 1] / problem.step[j - 1]
+            missed += bend * state.force[k] ** 2 * beside**3 / 3.0
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change = stiffness * moved + normal * (missed + uneven) / energy
-    change += misplaced_forces(problem, state)
+    change += misplaced_forces(problem, d, state)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 

@@ -44,6 +44,14 @@ def choose_senses(state, motion, x, y, afresh):
 
 
 @inner
+def grip(state):
+    """All contacts hold the target's points where they are, so far by no force."""
+    for k in range(state.force.shape[0]):
+        state.stuck[k], state.shear[k] = state.force[k] > 0.0, 0.0
+        state.anchor_x[k], state.anchor_y[k] = state.seen_x[k], state.seen_y[k]
+
+
+@inner
 def regrip(state, kept, motion, x, y, mu, turn, deflection):
     """Change contacts of a solved state between stick and slip where their law is broken; turn:
     the number of the round; deflection: of the finger, by and large.

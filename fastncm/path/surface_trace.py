@@ -16,7 +16,7 @@ from fastncm.kernels.nodal import (
 )
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
-from fastncm.path.surface_slip import choose_senses, finish_friction, regrip
+from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
 from fastncm.sqp.surface_state import (
@@ -33,8 +33,17 @@ _LONGEST_MOVE, _SHORTEST_SHARE = 0.1, 1e-4
 _ITERATIONS = 25
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
+#: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
+#: not trusted to have stayed on its branch while shorter moves can be tried.
+_LARGEST_TURN, _SAME_WAY = 0.5, 0.5
 #: Slide (of the position) that settles which contacts slide and which stick.
 _SLIDE = 1e-3
+#: Smallest part of the friction by which it grows, where a finger was solved without.
+_LEAST_FRICTION = 0.01
+#: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
+_TOUCH = 1e-3
+#: What is known of the finger at the position before: nothing, that it is free, its contact.
+_LOST, _FREE, _TOUCHING = range(3)
 #: Farthest (finger lengths) that a target is moved aside to come from a place without contact.
 _FARTHEST = 64.0
 
@@ -73,8 +82,11 @@ class Walk(NamedTuple):
     """One finger on its way.
 
     work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
-    kept: the last solved state, strides: those before. place: (3,) of the target there; move: (3,)
-    from there to the goal.
+    kept: the last solved state, strides: those before. place: (3,) of the target there, base: (1,)
+    direction of the finger's base; move: (3,) from there to the goal, by what the target itself
+    moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
+    the contact force in the last solved state; clear: (1,) how far the target is from the straight
+    finger, at least, where there is none.
     """
 
     work: SurfaceWork
@@ -83,7 +95,11 @@ class Walk(NamedTuple):
     strides: Strides
     deepest: np.ndarray
     place: np.ndarray
+    base: np.ndarray
     move: np.ndarray
+    turn: np.ndarray
+    push: np.ndarray
+    clear: np.ndarray
 
 
 def make_walk(problem: NodalProblem) -> Walk:
@@ -96,7 +112,11 @@ def make_walk(problem: NodalProblem) -> Walk:
         make_strides(nodes, nodes + 1 + problem.points.shape[1]),
         np.ones(1, np.int64),
         np.zeros(3),
+        np.zeros(1),
         np.zeros(3),
+        np.zeros(1),
+        np.zeros(2),
+        np.zeros(1),
     )
 
 
@@ -122,6 +142,7 @@ def _straighten(walk):
     for state in (walk.work.state, walk.kept):
         _copy_state(walk.straight, state)
     walk.work.size[0] = walk.straight.psi.shape[0] - 1
+    walk.push[0], walk.push[1] = 0.0, 0.0
     forget(walk.strides)
 
 
@@ -146,10 +167,101 @@ def is_free(problem, d, x, y, angle, walk):
 
 
 @inner
+def _stays_free(problem, d, walk):
+    """Move the target along ``walk.move`` until it is about to touch the straight finger.
+
+    Each stride is as long as the distance allows (conservative advancement; B. Mirtich,
+    "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
+    comes to the end without.
+    """
+    reach = problem.arm[d] + 1.0 + abs(problem.offset[d, 0])
+    speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
+    speed += abs(walk.turn[0]) * reach
+    left = 1.0 if speed > 0.0 else 0.0
+    while walk.clear[0] <= speed * left and left > 0.0:
+        share = max(walk.clear[0] - 0.5 * _TOUCH, 0.0) / speed
+        left -= share
+        _step_on(problem, d, walk, share)
+        x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+        place_surface(problem, d, x, y, angle, walk.straight, _TOUCH)
+        walk.clear[0] = np.inf
+        for k in range(1, walk.straight.gap.shape[0]):
+            walk.clear[0] = min(walk.clear[0], walk.straight.gap[k])
+        if walk.clear[0] <= _TOUCH:
+            walk.clear[0] = 0.0
+            return False
+    walk.clear[0] -= speed * left
+    return True
+
+
+@inner
 def _base_overlap(problem, d, x, y, angle, straight):
     """How deep the side of the clamped section lies in the target."""
     place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
     return -straight.gap[0]
+
+
+@inlined
+def _turned(x, y, angle):
+    """The vector `x`, `y` turned by `angle`."""
+    if angle == 0.0:
+        return x, y
+    sin, cos = np.sin(angle), np.cos(angle)
+    return cos * x - sin * y, sin * x + cos * y
+
+
+@inlined
+def _set_goal(problem, d, walk, goal, base):
+    """The move from ``walk.place`` to `goal`, (3,) in the frame of a base of the direction `base`:
+    the base turns about its pivot while the target goes straight on in space."""
+    arm, turn = problem.arm[d], base - walk.base[0]
+    x, y = _turned(arm + goal[0], goal[1], turn)
+    walk.move[0], walk.move[1] = x - (arm + walk.place[0]), y - walk.place[1]
+    walk.move[2], walk.turn[0] = goal[2] - walk.place[2], turn
+
+
+@inlined
+def _arrive(walk, goal, base):
+    """The target is at the `goal`, to the last digit."""
+    for c in range(3):
+        walk.place[c] = goal[c]
+    walk.base[0] = base
+
+
+@inlined
+def _on_the_way(problem, d, walk, share):
+    """Placement ``(x, y, angle)`` of the target at `share` of the move."""
+    arm = problem.arm[d]
+    x = arm + walk.place[0] + share * walk.move[0]
+    y = walk.place[1] + share * walk.move[1]
+    x, y = _turned(x, y, -share * walk.turn[0])
+    return x - arm, y, walk.place[2] + share * walk.move[2]
+
+
+@inlined
+def _step_on(problem, d, walk, share):
+    """Take `share` of the move: ``walk.place`` and the rest of the move, in the base's new frame.
+
+    The move keeps its length, that of the whole.
+    """
+    walk.place[0], walk.place[1], walk.place[2] = _on_the_way(problem, d, walk, share)
+    walk.base[0] += share * walk.turn[0]
+    walk.move[0], walk.move[1] = _turned(walk.move[0], walk.move[1], -share * walk.turn[0])
+
+
+@inner
+def _has_jumped(problem, walk):
+    """Whether the solved state seems to lie on another branch than the last one: the finger has
+    turned far, or the contact force has; the first one pushes away from the side that touches."""
+    state, kept, push = walk.work.state, walk.kept, walk.push
+    for i in range(1, state.psi.shape[0]):
+        if abs(state.psi[i] - kept.psi[i]) > _LARGEST_TURN:
+            return True
+    fx, fy = state.fx[1], state.fy[1]
+    if push[0] == 0.0 and push[1] == 0.0:
+        return fy > 0.0 if problem.left else fy < 0.0
+    size = np.sqrt((fx * fx + fy * fy) * (push[0] * push[0] + push[1] * push[1]))
+    return fx * push[0] + fy * push[1] < _SAME_WAY * size
 
 
 @inner
@@ -159,10 +271,9 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     Returns ``(status, iterations)``.
     """
     work, state = walk.work, walk.work.state
-    x = walk.place[0] + share * walk.move[0]
-    y = walk.place[1] + share * walk.move[1]
-    angle = walk.place[2] + share * walk.move[2]
-    motion = (share * walk.move[0], share * walk.move[1], share * walk.move[2])
+    x, y, angle = _on_the_way(problem, d, walk, share)
+    motion = (x - walk.place[0], y - walk.place[1], angle - walk.place[2])
+    work.rubs[0] = mu > 0.0
     if mu > 0.0:
         choose_senses(state, motion, x, y, False)
     result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
@@ -187,21 +298,25 @@ def _approach(problem, d, walk, mu, tolerance, trace):
     Returns ``(status, iterations)``; on success ``walk.place`` is the goal.
     """
     work, move = walk.work, walk.move
-    length = max(abs(move[0]), abs(move[1]), abs(move[2]))
-    share = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
-    total, left = 0, 1.0
+    length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
+    longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
+    share, total, left = longest, 0, 1.0
+    careful, jumped = True, False
     while True:
         share = min(share, left)
         predict(walk.strides, walk.kept, move, share, work.state)
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
-        if result == status.CONVERGED:
+        solved = result == status.CONVERGED
+        if solved and careful and 0.25 * share >= _SHORTEST_SHARE and _has_jumped(problem, walk):
+            solved, jumped = False, True
+        if solved:
             remember(walk.strides, walk.kept, move, share)
             _copy_state(work.state, walk.kept)
+            walk.push[0], walk.push[1] = work.state.fx[1], work.state.fy[1]
             left -= share
-            for c in range(3):
-                walk.place[c] += share * move[c]
+            _step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
             share *= 2.0
@@ -210,24 +325,61 @@ def _approach(problem, d, walk, mu, tolerance, trace):
         forget(walk.strides)
         share *= 0.25
         if share < _SHORTEST_SHARE:
+            if not jumped:
+                return result, total
+            share, careful, jumped = longest, False, False  # it does jump
+
+
+@inner
+def _rub(problem, d, walk, tolerance):
+    """Solve with all contacts sliding, with friction that grows from none to all of it in as many
+    steps as it takes. Returns ``(status, iterations)``."""
+    work, state = walk.work, walk.work.state
+    motion = (walk.move[0], walk.move[1], walk.move[2])
+    x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+    work.rubs[0] = True
+    share, step, total = 0.0, 1.0, 0
+    while True:
+        choose_senses(state, motion, x, y, True)
+        for k in range(state.along.shape[0]):
+            state.along[k] *= share + step
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
+        if result == status.CONVERGED:
+            _copy_state(state, walk.kept)
+            share += step
+            if share == 1.0:
+                return result, total
+            step = min(2.0 * step, 1.0 - share)
+            continue
+        _copy_state(walk.kept, state)
+        step *= 0.25
+        if step < _LEAST_FRICTION:
             return result, total
 
 
 @inner
 def _slide_in(problem, d, goal, i, walk, tolerance, trace):
     """Put friction on a finger that was solved without at the `goal` of position `i`, as if the
-    target had slid for long. Returns ``(status, iterations)``."""
-    work = walk.work
+    target had slid for long; where friction lets nothing slide, as if it had stuck there. Returns
+    ``(status, iterations)``."""
+    work, state = walk.work, walk.work.state
     for c in range(3):
         walk.move[c] = _SLIDE * problem.motion[d, i, c]
         walk.place[c] = goal[c] - walk.move[c]
-    motion = (walk.move[0], walk.move[1], walk.move[2])
-    x, y, angle = walk.place[0], walk.place[1], walk.place[2]
-    choose_senses(work.state, motion, x, y, True)
-    result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+    walk.turn[0] = 0.0
+    result, total = _rub(problem, d, walk, tolerance)
     if result != status.CONVERGED:
-        return result, total
-    _copy_state(work.state, walk.kept)
+        for k in range(state.force.shape[0]):
+            state.along[k], state.stuck[k] = 0.0, False
+        work.rubs[0] = False
+        x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
+        if result != status.CONVERGED:
+            return result, total
+        grip(state)
+        _copy_state(state, walk.kept)
     forget(walk.strides)
     result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     return result, total + count
@@ -256,6 +408,7 @@ def _set_aside(problem, d, goal, side, walk):
             touching = reach
     walk.place[0], walk.place[1], walk.place[2] = goal[0], goal[1] + side * clear, goal[2]
     walk.move[0], walk.move[1], walk.move[2] = 0.0, -side * clear, 0.0
+    walk.turn[0] = 0.0
     return True
 
 
@@ -290,18 +443,11 @@ def _store_shape(problem, d, i, state, trace):
 
 
 @inner
-def _come_from_last(problem, d, goal, walk, tolerance, trace):
-    """Solve a position from the one before, at ``walk.place``. Returns ``(status, iterations)``."""
-    for c in range(3):
-        walk.move[c] = goal[c] - walk.place[c]
-    return _approach(problem, d, walk, problem.mu[d], tolerance, trace)
-
-
-@inner
 def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
     """Solve position `i` with the target coming from beside the finger: how it came here along the
     path is not known. Returns ``(status, iterations)``."""
     _straighten(walk)
+    walk.base[0] = problem.base[d, i]
     side = 1.0 if problem.left else -1.0
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
@@ -312,13 +458,42 @@ def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
     return result, iterations
 
 
+@inner
+def _solve_position(problem, d, i, known, walk, tolerance, trace):
+    """Solve position `i` with what is known of the one before. Returns ``(status, iterations)``.
+
+    A position that cannot be reached from there, as where the finger snaps, is approached afresh,
+    unless the straight finger is free there.
+    """
+    goal, base = problem.placement[d, i], problem.base[d, i]
+    result, iterations = status.MAX_ITERATIONS, 0
+    if known == _FREE:
+        _set_goal(problem, d, walk, goal, base)
+        if _stays_free(problem, d, walk):
+            _arrive(walk, goal, base)
+            return status.NO_CONTACT, 0
+    if known != _LOST:
+        _set_goal(problem, d, walk, goal, base)
+        result, iterations = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+    if result != status.CONVERGED and not is_free(problem, d, goal[0], goal[1], goal[2], walk):
+        result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
+        iterations += count
+        _arrive(walk, goal, base)
+        return result, iterations
+    if result != status.CONVERGED or (walk.push[0] == 0.0 and walk.push[1] == 0.0):
+        _straighten(walk)
+        walk.clear[0] = 0.0
+        result = status.NO_CONTACT
+    _arrive(walk, goal, base)
+    return result, iterations
+
+
 @kernel
 def trace_surfaces(problem, walk, tolerance, trace):
     """Solve all positions of all fingers.
 
-    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. A position that
-    cannot be reached from the last one, as where the finger snaps, is approached afresh; what does
-    not converge then is a row with a status.
+    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
+    converge is a row with a status.
     """
     work = walk.work
     intervals = problem.step.shape[0]
@@ -327,36 +502,27 @@ def trace_surfaces(problem, walk, tolerance, trace):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         _straighten(walk)
-        known = False  # whether walk holds the solution of the position before
+        known = _LOST
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
             row = trace.rows[d, i]
             overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
-            free = overlap <= ROUNDING
-            if not free or is_free(problem, d, goal[0], goal[1], goal[2], walk):
-                result = status.NO_CONTACT if free else status.INFEASIBLE
-                _free_row(problem, d, i, result, 0.0 if free else overlap, row)
+            if overlap > ROUNDING:
+                _free_row(problem, d, i, status.INFEASIBLE, overlap, row)
                 _straighten(walk)
-                for c in range(3):
-                    walk.place[c] = goal[c]
-                known = free
+                known = _LOST
                 continue
-            result, iterations = status.MAX_ITERATIONS, 0
-            if known:
-                result, iterations = _come_from_last(problem, d, goal, walk, tolerance, trace)
-            if result != status.CONVERGED:
-                result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
-                iterations += count
-            known = result == status.CONVERGED
-            if not known:
-                overlap = -walk.straight.gap[walk.deepest[0]]
-                overlap = overlap if result == status.INFEASIBLE else 0.0
-                _free_row(problem, d, i, result, overlap, row)
+            result, iterations = _solve_position(problem, d, i, known, walk, tolerance, trace)
+            if result == status.CONVERGED:
+                known = _TOUCHING
+                row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
                 row[rows.ITERATIONS] = iterations
+                rows.measure(problem, d, i, goal[0], goal[1], work, row)
+                if trace.psi.shape[1] > 0:
+                    _store_shape(problem, d, i, work.state, trace)
                 continue
-            row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
+            known = _FREE if result == status.NO_CONTACT else _LOST
+            overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
+            _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations
-            rows.measure(problem, d, i, goal[0], goal[1], work, row)
-            if trace.psi.shape[1] > 0:
-                _store_shape(problem, d, i, work.state, trace)
     trace.passes[0] += work.passes[0]

@@ -84,7 +84,7 @@ def _propose(problem, d, work, size, curved):
         for k in range(state.gap.shape[0]):
             state.force[k] = work.force[k]
         carry_forces(problem, d, state, size)
-    return excess == 0 or (excess != UNSETTLED and problem.mu[d] > 0.0)
+    return excess == 0 or (excess != UNSETTLED and work.rubs[0])
 
 
 @inner
@@ -119,7 +119,7 @@ def _search(problem, d, x, y, angle, work, residual):
             if length == 1.0 and fallen > _SLOW * residual:
                 return _rescale(problem, d, x, y, angle, work, fallen)
             return fallen
-        if problem.mu[d] == 0.0:
+        if not work.rubs[0]:
             trial = strain_energy(problem, d, state, size) + penalty * penetration(state)
             if np.isnan(merit):  # seldom needed: worked out here
                 _advance(problem, d, x, y, angle, work, 0.0)
@@ -155,7 +155,7 @@ def _improve(problem, d, x, y, angle, work, residual):
         if not np.isnan(fallen):
             return fallen
         _advance(problem, d, x, y, angle, work, 0.0)
-    if problem.mu[d] > 0.0 and work.leaps[0] < _LEAPS:
+    if work.rubs[0] and work.leaps[0] < _LEAPS:
         work.leaps[0] += 1
         if _propose(problem, d, work, size, True):
             _advance(problem, d, x, y, angle, work, 1.0)

@@ -24,6 +24,7 @@ class SurfaceWork(NamedTuple):
     psi, gamma: (N + 1,), force, shear: (K,) of the iterate; size: (1,) the last node that takes
     part, beyond which the finger is straight; penalty: (1,) of penetration in the merit function;
     leaps: (1,) steps that have raised the residual; passes: (1,) passes along the finger so far.
+    rubs: (1,) bool, whether contacts have friction: then there is no energy to fall.
     """
 
     state: Nodal
@@ -36,6 +37,7 @@ class SurfaceWork(NamedTuple):
     penalty: np.ndarray
     leaps: np.ndarray
     passes: np.ndarray
+    rubs: np.ndarray
 
 
 def make_surface_work(problem):
@@ -53,6 +55,7 @@ def make_surface_work(problem):
         np.zeros(1),
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
+        np.zeros(1, np.bool_),
     )
 
 
