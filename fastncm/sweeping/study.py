@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from fastncm.columns import CASE_UNITS
+from fastncm.columns import CASE_UNITS, WITHDRAWAL
 from fastncm.errors import SceneError
 from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number
@@ -110,7 +110,9 @@ class Study:
         return case_keys(tabulate(self.scene, self.cases.columns(case_ids)))
 
     def _check_report(self) -> None:
-        known = [*self.axes, *(name for name in CASE_UNITS if name not in TEXT_COLUMNS)]
+        withdraws = self.scene.path.withdraw or "path.withdraw" in self.axes
+        unused = TEXT_COLUMNS if withdraws else TEXT_COLUMNS + WITHDRAWAL
+        known = [*self.axes, *(name for name in CASE_UNITS if name not in unused)]
         if self.report.column not in known:
             raise _at("report.column", unknown(self.report.column, known, "column"))
         if self.report.best not in BEST:

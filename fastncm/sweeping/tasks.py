@@ -21,9 +21,9 @@ from fastncm.errors import SweepError
 from fastncm.kernels.cache import JIT_OFF, cache_directory
 from fastncm.scene import Scene
 from fastncm.scene.names import OPTION
+from fastncm.sqp import status
 from fastncm.sweeping.identity import case_keys, solver_version
-from fastncm.sweeping.parts import write_table
-from fastncm.sweeping.read import failed_rows
+from fastncm.sweeping.parts import packed
 from fastncm.sweeping.schema import curves_table, results_table
 from fastncm.sweeping.study import Study
 
@@ -82,17 +82,17 @@ def run_task(task: Task) -> Finished:
     started = perf_counter()
     curves = task.metadata is not None
     result = solve_chunk(task.scene, task.columns, curves=curves)
-    packed, curves_rows = None, 0
+    file, curves_rows = None, 0
     if result.curves is not None:
         table = curves_table(task.scene, task.case_ids, result.curves)
-        packed, curves_rows = _packed(table.replace_schema_metadata(task.metadata)), table.num_rows
-    results = results_table(task.scene, case_keys(result.groups), result.cases)
+        file, curves_rows = packed(table.replace_schema_metadata(task.metadata)), table.num_rows
+    results = results_table(task.scene, case_keys(result.groups), result)
     return Finished(
         case_ids=task.case_ids,
         results=results,
-        curves=packed,
+        curves=file,
         curves_rows=curves_rows,
-        failed=failed_rows(results["status"]),
+        failed=int((result.columns["status"] > status.NO_CONTACT).sum()),
         shape_paths=result.shape_paths,
         solves=result.solves,
         seconds=perf_counter() - started,
@@ -111,12 +111,6 @@ def run_in_worker(task: Task) -> Finished:
         )
     with _one_compiles(task):
         return run_task(task)
-
-
-def _packed(table: pa.Table) -> pa.Buffer:
-    sink = pa.BufferOutputStream()
-    write_table(table, sink)
-    return sink.getvalue()
 
 
 @contextmanager
