@@ -3,9 +3,9 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from fastncm import columns as names
 from fastncm.errors import SceneError
@@ -19,6 +19,9 @@ from fastncm.sqp import status
 from fastncm.surface_cases import solve_surface_cases, surface_scale_only_names
 from fastncm.surface_columns import surface_case_units, surface_curve_units
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = np.ndarray
 
@@ -71,7 +74,7 @@ def scale_only_names(scene: Scene) -> frozenset[str]:
     return jaw_scale_only_names(scene) if scene.jaw else surface_scale_only_names(scene)
 
 
-def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
+def solve_cases(scene: Scene, frame: "pd.DataFrame") -> "pd.DataFrame":
     """Solve the scene once per row of `frame`, whose columns are dotted names.
 
     Returns one row per case with the same index: the columns given, then those of the cases table
@@ -79,6 +82,8 @@ def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
     `solves`. Raises SceneError for a bad name or value; what does not converge is a row with a
     status.
     """
+    import pandas as pd  # workers of a sweep start without it
+
     columns = {str(name): frame[name].to_numpy() for name in frame.columns}
     result = solve_chunk(scene, columns, count=len(frame))
     table = pd.DataFrame({**columns, **result.cases}, index=frame.index)

@@ -54,6 +54,18 @@ def test_the_module_is_the_command():
     assert result.stdout == ""
 
 
+def test_where_there_are_no_posix_locks_a_sweep_says_so(study, tmp_path):
+    code = (
+        "import sys\nsys.modules['fcntl'] = None\nfrom fastncm.cli import main\n"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", code, "sweep", str(study), "--out", str(tmp_path / "out")]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 2
+    assert result.stderr.startswith("fastncm: sweeps need Linux, macOS or another POSIX system")
+    assert not (tmp_path / "out").exists()
+
+
 def test_scenes_are_listed(capsys):
     assert run("scenes") == 0
     lines = capsys.readouterr().out.splitlines()

@@ -4,6 +4,7 @@ import json
 import platform
 from collections.abc import Collection, Mapping
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +12,9 @@ import pyarrow as pa
 from fastncm import __version__
 from fastncm.cases import ChunkResult, case_units, curve_units
 from fastncm.scene import Scene
-from fastncm.sweeping.study import Study
+
+if TYPE_CHECKING:
+    from fastncm.sweeping.study import Study
 
 PACKAGES = ("numba", "numpy", "pyarrow", "joblib")
 
@@ -22,7 +25,7 @@ def versions() -> dict[str, str]:
     return own | {name: version(name) for name in PACKAGES}
 
 
-def metadata(study: Study) -> dict[str, str]:
+def metadata(study: "Study") -> dict[str, str]:
     """What each Parquet file says about itself: the full study and the versions, as JSON."""
     return {"study": json.dumps(study.to_dict()), "versions": json.dumps(versions())}
 
@@ -38,7 +41,7 @@ def results_table(scene: Scene, keys: np.ndarray, result: ChunkResult) -> pa.Tab
     return _table(columns | _results(result.columns | words, case_units(scene)), blanks=())
 
 
-def cases_table(study: Study, case_ids: np.ndarray, results: pa.Table) -> pa.Table:
+def cases_table(study: "Study", case_ids: np.ndarray, results: pa.Table) -> pa.Table:
     """`case_id`, the axes under their dotted names, and the results, each of shape (C,)."""
     columns = {"case_id": (pa.array(case_ids), "1")} | {
         name: (axis, study.scene.unit_of(name))

@@ -5,13 +5,13 @@ it can be sent to any machine; what comes back are the results' columns, curves 
 bytes of a Parquet file, because packing them takes longer than solving.
 """
 
-import fcntl
 import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -22,10 +22,13 @@ from fastncm.kernels.cache import JIT_OFF, cache_directory
 from fastncm.scene import Scene
 from fastncm.scene.names import OPTION
 from fastncm.sqp import status
+from fastncm.sweeping.file_locks import locked, unlock
 from fastncm.sweeping.identity import case_keys, solver_version
 from fastncm.sweeping.parts import packed
 from fastncm.sweeping.schema import curves_table, results_table
-from fastncm.sweeping.study import Study
+
+if TYPE_CHECKING:
+    from fastncm.sweeping.study import Study
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Finished:
         return int(self.results.nbytes + (0 if self.curves is None else self.curves.size))
 
 
-def make_task(study: Study, case_ids: np.ndarray, metadata: dict[str, str]) -> Task:
+def make_task(study: "Study", case_ids: np.ndarray, metadata: dict[str, str]) -> Task:
     """The task for the cases `case_ids`, shape (C,)."""
     return Task(
         scene=study.scene,
@@ -131,9 +134,8 @@ def _one_compiles(task: Task) -> Iterator[None]:
     if marker.exists():
         yield
         return
-    with open(cache_directory() / "compiling.lock", "a") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(cache_directory() / "compiling.lock") as lock:
         if marker.exists():
-            fcntl.flock(lock, fcntl.LOCK_UN)
+            unlock(lock)
         yield
         marker.touch()
