@@ -16,6 +16,7 @@ import pytest
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import BrokenOff, Report, Study, backends, folder, load, store, sweep
+from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.read import GOOD_STATUS, best_designs
 from fastncm.sweeping.storage import Storage
 
@@ -288,10 +289,9 @@ def test_ctrl_c_leaves_a_readable_table(tmp_path, finished):
         # a shell's background job ignores the signal, and so would its children
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
-        while not (out / "study.json").exists():
+        while not ((out / "study.json").exists() and read_manifest(Storage(out)).received):
             assert process.poll() is None
             time.sleep(0.05)
-        time.sleep(4.0)
         os.killpg(process.pid, signal.SIGINT)
         stdout, stderr = process.communicate(timeout=20)
     frame = load(out)
