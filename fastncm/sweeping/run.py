@@ -142,7 +142,9 @@ def _progress(study: Study, manifest: Manifest) -> tqdm:
     return tqdm(
         total=study.cases.size,
         initial=manifest.received,
-        desc="compiling (first use only)" if is_cold(study.scene.jaw is not None) else study.name,
+        desc="compiling (first use only, minutes)"
+        if is_cold(study.scene.jaw is not None)
+        else study.name,
         unit=" cases",
         unit_scale=True,
         mininterval=0.1 if sys.stderr.isatty() else 5.0,
