@@ -56,6 +56,14 @@ def test_threads_give_the_same_table(tmp_path, alone):
     check(sweep(STUDY, tmp_path / "out", jobs=2, backend="threading").out, alone)
 
 
+def test_a_long_sweep_goes_to_its_workers_at_once(tmp_path, alone, monkeypatch):
+    def solved_here(_):
+        raise AssertionError("the parent need not even load the compiled code")
+
+    monkeypatch.setattr(backends, "run_task", solved_here)
+    check(sweep(STUDY, tmp_path / "out", jobs=2).out, alone)
+
+
 def kill_when(started, processes):
     """Kill -9 one of the processes when there is something to lose."""
 
