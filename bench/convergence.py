@@ -9,7 +9,7 @@ for every M; the picture shows snapfit-circle.
 
 import numpy as np
 from matplotlib.axes import Axes
-from support import RESULTS, ROOT, print_table, shooting, write_json
+from support import RESULTS, ROOT, markdown_table, read_json, shooting, write_json
 
 import fastncm
 from fastncm.plot.style import empty_figure, open_frame, save
@@ -43,30 +43,53 @@ def main() -> None:
     draw_points(right, points)
     file = save(figure, RESULTS / "convergence.png")
 
-    print("Relative error of the contact force, largest of all positions, and its estimate:\n")
+    print(file.relative_to(ROOT))
+    write_json("convergence", {"orders": list(ORDERS), "by_order": orders, "by_points": points})
+    print(section())
+
+
+def headlines() -> list[str]:
+    figures, _ = read_json("convergence")
+    worst = [max(np.max(r["error"][i]) for r in figures["by_order"]) for i in (3, 5)]
+    rates = [r["rate"] for r in figures["by_points"] if r["scene"] == "snapfit-circle"]
+    return [
+        f"{figures['orders'][3]} modes give the force of both snap-fit scenes to {worst[0]:.0e}, "
+        f"{figures['orders'][5]} to {worst[1]:.0e}; the paper's M points converge with order "
+        f"{min(rates):.1f} to {max(rates):.1f} in M."
+    ]
+
+
+def section() -> str:
+    figures, where = read_json("convergence")
+    by_order, by_points = figures["by_order"], figures["by_points"]
     head = ["order"]
-    for scene in CASES:
-        head += [scene, "estimate", "estimate / error"]
+    for result in by_order:
+        head += [result["scene"], "estimate", "estimate / error"]
     rows = []
-    for i, order in enumerate(ORDERS):
+    for i, order in enumerate(figures["orders"]):
         cells = [str(order)]
-        for result in orders:
+        for result in by_order:
             error, estimate = np.array(result["error"][i]), np.array(result["estimate"][i])
             ratio = estimate / np.maximum(error, FLOOR)
             cells += [f"{error.max():.1e}", f"{estimate.max():.1e}"]
             cells += [f"{ratio.min():.2g} to {ratio.max():.2g}"]
         rows.append(cells)
-    print_table(head, rows)
-    print("\nThe same over M, and the rate from the smallest to the largest M:\n")
-    head = ["M", *(f"{result['scene']} {result['form']}" for result in points)]
-    rows = [
-        [str(count), *(f"{max(result['error'][i]):.1e}" for result in points)]
-        for i, count in enumerate(POINTS)
+    over_points = [
+        [str(count), *(f"{max(result['error'][i]):.1e}" for result in by_points)]
+        for i, count in enumerate(by_points[0]["points"])
     ]
-    rows.append(["rate", *(f"{result['rate']:.2f}" for result in points)])
-    print_table(head, rows)
-    print(f"\n{file.relative_to(ROOT)}")
-    write_json("convergence", {"orders": list(ORDERS), "by_order": orders, "by_points": points})
+    over_points.append(["rate", *(f"{result['rate']:.2f}" for result in by_points)])
+    return "\n\n".join(
+        [
+            "## Convergence",
+            f"`bench/convergence.py`, {where}: relative error of the contact force against "
+            "shooting, largest of all positions, and its estimate.",
+            "![error over the order and over M](results/convergence.png)",
+            markdown_table(head, rows),
+            "The same over M, and the rate from the smallest to the largest M:",
+            markdown_table(["M", *(f"{r['scene']} {r['form']}" for r in by_points)], over_points),
+        ]
+    )
 
 
 def true_forces(scene: str) -> np.ndarray:

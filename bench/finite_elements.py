@@ -9,7 +9,7 @@ differences are in % of the force's magnitude and positive where the beam is the
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from support import DATA, RESULTS, ROOT, print_table, write_json
+from support import DATA, RESULTS, ROOT, markdown_table, read_json, write_json
 
 import fastncm
 from fastncm.plot.style import empty_figure, open_frame, save
@@ -46,10 +46,34 @@ def main() -> None:
         print(f"\n{scene}, {model}:\n")
         columns = ["position_m", "fem_N", "force_x_%", "force_y_%", "magnitude_%"]
         print(rows[columns].to_string(index=False, float_format=lambda x: f"{x:.5g}"))
-    print("\nLargest differences:\n")
-    print_table(["scene", "beam", "force x", "force y", "magnitude"], summary(table))
     picture(table, fem)
     write_json("finite_elements", {"rows": table.to_dict("records")})
+    print(section())
+
+
+def headlines() -> list[str]:
+    table = pd.DataFrame(read_json("finite_elements")[0]["rows"])
+    worst = table.groupby("model")["magnitude_%"].apply(lambda column: column.abs().max())
+    return [
+        f"With shear the beam's forces are within {worst['μ = 0, shear']:.2f} % of finite elements "
+        f"(plane stress) without friction, {worst['μ = 0.2, shear']:.2f} % at μ = 0.2; the paper's "
+        f"friction rule is {worst['μ = 0.2 recovered, shear']:.1f} % off there."
+    ]
+
+
+def section() -> str:
+    figures, where = read_json("finite_elements")
+    head = ["scene", "beam", "force x", "force y", "magnitude"]
+    return "\n\n".join(
+        [
+            "## The beam and finite elements",
+            f"`bench/finite_elements.py`, {where}: largest differences over all positions of "
+            "`bench/data/fem_snapfit.csv` (plane stress, rigid jaw, error 0.01 %), in % of the "
+            "force's magnitude.",
+            markdown_table(head, summary(pd.DataFrame(figures["rows"]))),
+            "![beam and finite elements](results/finite_elements.png)",
+        ]
+    )
 
 
 def compared(fem: pd.DataFrame, scene: str, model: str) -> pd.DataFrame:

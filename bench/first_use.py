@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from support import ROOT, print_table, write_json
+from support import ROOT, markdown_table, read_json, write_json
 
 REPEATS = 3
 SOLVE = ("solve", "snapfit-circle")
@@ -27,13 +27,28 @@ def main() -> None:
         second = min(timed(folder, *SOLVE)[0] for _ in range(REPEATS))
         help_ = min(timed(folder, "--help")[0] for _ in range(REPEATS))
     print(f"the first run says: {message}\n")
-    rows = [
-        ["first `fastncm solve snapfit-circle`", f"{first:.1f}"],
-        ["second one", f"{second:.2f}"],
-        ["`fastncm --help`", f"{help_:.2f}"],
-    ]
-    print_table(["command", "s"], rows)
     write_json("first_use", {"first_s": first, "second_s": second, "help_s": help_})
+    print(section())
+
+
+def headlines() -> list[str]:
+    figures, _ = read_json("first_use")
+    return [
+        f"The first `fastncm solve` after an installation takes {figures['first_s']:.0f} s, since "
+        f"it compiles; later ones take {figures['second_s']:.1f} s."
+    ]
+
+
+def section() -> str:
+    figures, where = read_json("first_use")
+    rows = [
+        ["first `fastncm solve snapfit-circle`, which compiles", f"{figures['first_s']:.1f}"],
+        ["later ones", f"{figures['second_s']:.2f}"],
+        ["`fastncm --help`", f"{figures['help_s']:.2f}"],
+    ]
+    return "\n\n".join(
+        ["## First use", f"`bench/first_use.py`, {where}.", markdown_table(["command", "s"], rows)]
+    )
 
 
 def timed(folder: str, *arguments: str) -> tuple[float, str]:

@@ -8,7 +8,7 @@ where others share the machine. The goal is at most 1.5 times the time of a fric
 import time
 
 import numpy as np
-from support import print_table, write_json
+from support import markdown_table, read_json, write_json
 
 import fastncm
 from fastncm.cases import solve_chunk
@@ -28,11 +28,6 @@ def main() -> None:
             for mu in MU:
                 seconds = timed(name, mu)
                 best[name, mu] = min(best.get((name, mu), np.inf), seconds)
-    rows = [
-        [name, f"{mu:g}", f"{seconds * 1e6:.3g}", f"{seconds / best[name, 0.0]:.3g}"]
-        for (name, mu), seconds in best.items()
-    ]
-    print_table(["scene", "μ", "µs of CPU time a solve", "ratio"], rows)
     write_json(
         "friction",
         {
@@ -41,6 +36,31 @@ def main() -> None:
             "us_per_solve": {f"{name}, mu {mu:g}": s * 1e6 for (name, mu), s in best.items()},
             "ratio": {f"{name}, mu {mu:g}": s / best[name, 0.0] for (name, mu), s in best.items()},
         },
+    )
+    print(section())
+
+
+def headlines() -> list[str]:
+    ratios = read_json("friction")[0]["ratio"].values()
+    return [
+        f"Friction in equilibrium takes up to {max(ratios):.2f} times the time of a frictionless "
+        "solve."
+    ]
+
+
+def section() -> str:
+    figures, where = read_json("friction")
+    rows = [
+        [case, f"{us:.3g}", f"{figures['ratio'][case]:.3g}"]
+        for case, us in figures["us_per_solve"].items()
+    ]
+    return "\n\n".join(
+        [
+            "## What friction costs",
+            f"`bench/friction.py`, {where}: {figures['jaws']:,} jaws x 60 positions in one call, "
+            f"rtol {figures['rtol']:g}, friction in equilibrium.",
+            markdown_table(["scene", "µs of CPU time a solve", "over that without friction"], rows),
+        ]
     )
 
 

@@ -1,8 +1,8 @@
 """One million designs to Parquet: time, file size, and memory that does not grow with their number.
 
 A sweep over thickness x friction x jaw height x jaw length of snapfit-circle on all cores. Every
-twentieth design at least is a dimensionless problem of its own: 50,000 paths of 60 positions are
-solved, the other designs scale them. Each sweep runs in a fresh process; its peak memory and that
+fifth design is a dimensionless problem of its own: 200,000 paths of 60 positions are solved, the
+other designs scale them. Each sweep runs in a fresh process; its peak memory and that
 of its largest worker are the operating system's. Parts are written at 64 MB, so the parent's memory
 rises until its buffer is full, and no further: three millions show it. No worker is started where
 that would take longer than solving. Two sweeps write curves, too: 60 rows for each design.
@@ -18,7 +18,7 @@ from pathlib import Path
 
 from joblib import cpu_count
 from joblib.externals.loky import get_reusable_executor
-from support import print_table, write_json
+from support import markdown_table, read_json, write_json
 
 import fastncm
 
@@ -28,8 +28,6 @@ GRIDS = {10_000: (25, 20), 100_000: (50, 100), 1_000_000: (250, 200), 3_000_000:
 """Number of cases to the numbers of jaw heights and jaw lengths."""
 KILOBYTES = 1024 if sys.platform == "linux" else 1
 """Unit of `ru_maxrss` in bytes."""
-
-
 WITH_CURVES = (10_000, 1_000_000)
 
 
@@ -86,13 +84,47 @@ def main() -> None:
         command = [sys.executable, __file__, f"--cases={cases}", f"--jobs={options.jobs}", *curves]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
         results.append(json.loads(done.stdout))
-    print(f"\nthickness x friction x jaw height x jaw length, {options.jobs} jobs:\n")
-    head = ["designs", "curves", "paths solved", "failed", "s", "files", "MB"]
-    head += ["parent / MB", "worker / MB"]
-    keys = ["cases", "curves", "shape_paths", "failed", "seconds", "files", "file_MB"]
-    keys += ["parent_peak_MB", "worker_peak_MB"]
-    print_table(head, [[f"{result[key]:,.4g}" for key in keys] for result in results])
     write_json("million", {"jobs": options.jobs, "sweeps": results})
+    print(section())
+
+
+def growth(sweeps: list[dict], curves: bool) -> float:
+    """Peak memory of a million designs' parent over that of 10,000."""
+    peak = {s["cases"]: s["parent_peak_MB"] for s in sweeps if s["curves"] == curves}
+    return peak[1_000_000] / peak[10_000]
+
+
+def headlines() -> list[str]:
+    figures, _ = read_json("million")
+    sweeps = figures["sweeps"]
+    million = next(s for s in sweeps if s["cases"] == 1_000_000 and not s["curves"])
+    return [
+        f"A million designs take {million['seconds']:.0f} s on {figures['jobs']} cores and "
+        f"{million['file_MB']:.0f} MB of Parquet; the parent's peak memory is "
+        f"{growth(sweeps, False):.2f} times that of 10,000, with curves "
+        f"{growth(sweeps, True):.2f} times."
+    ]
+
+
+def section() -> str:
+    figures, where = read_json("million")
+    head = ["designs", "paths solved", "failed", "s", "files", "MB", "parent / MB", "worker / MB"]
+    rows = []
+    for s in figures["sweeps"]:
+        cells = [f"{s['cases']:,}{', curves' if s['curves'] else ''}", f"{s['shape_paths']:,}"]
+        cells += [f"{s['failed']}", f"{s['seconds']:.1f}", f"{s['files']}", f"{s['file_MB']:,.1f}"]
+        cells += [f"{s['parent_peak_MB']:.0f}", f"{s['worker_peak_MB']:.0f}"]
+        rows.append(cells)
+    return "\n\n".join(
+        [
+            "## A million designs",
+            f"`bench/million.py`, {where}, {figures['jobs']} workers: thickness x friction x jaw "
+            "height x jaw length of snapfit-circle, 60 positions each. Peak memory is the "
+            "operating system's; a worker of 0 MB was not started, since that takes longer than "
+            "solving.",
+            markdown_table(head, rows),
+        ]
+    )
 
 
 if __name__ == "__main__":

@@ -8,7 +8,20 @@ import importlib
 
 from support import ROOT, machine
 
-STUDIES = "work_precision", "profiles", "calculix", "atlas", "leaving_out", "scaling"
+STUDIES = (
+    "work_precision",
+    "profiles",
+    "convergence",
+    "finite_elements",
+    "calculix",
+    "friction",
+    "atlas",
+    "leaving_out",
+    "scaling",
+    "sweeping",
+    "million",
+    "first_use",
+)
 """In the order of the report."""
 
 

@@ -3,9 +3,9 @@
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from fastncm import columns as names
 from fastncm.errors import SceneError
@@ -20,9 +20,10 @@ from fastncm.surface_cases import solve_surface_cases, surface_scale_only_names
 from fastncm.surface_columns import surface_case_units, surface_curve_units
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
 
-Array = np.ndarray
-_WORDS = np.array(status.WORDS, dtype=object)
+if TYPE_CHECKING:
+    import pandas as pd
 
+Array = np.ndarray
 
 #: Columns that hold although the way out failed (friction locks the finger in).
 _WAY_IN = ("peak_force_N", "peak_position", "insertion_work_J")
@@ -32,22 +33,33 @@ _WAY_IN = ("peak_force_N", "peak_position", "insertion_work_J")
 class ChunkResult:
     """Answers to C cases.
 
-    cases: columns of `case_units`, each (C,), in the order of the cases given.
+    columns: columns of `case_units`, each (C,), in the order of the cases given; those of words
+    hold, for each case, the place of its word in `words`.
     curves: columns of `curve_units`, each (C N,), with `case` the index of the case, or None.
     shape_paths: different dimensionless paths that were solved; solves: shapes; seconds_compiled:
     time inside compiled code. groups: the validated cases that were solved.
     """
 
-    cases: dict[str, Array]
+    columns: dict[str, Array]
+    words: dict[str, list[str]]
     curves: dict[str, Array] | None
     shape_paths: int
     solves: int
     seconds_compiled: float
     groups: list[CaseGroup]
 
+    @property
+    def cases(self) -> dict[str, Array]:
+        """The columns with their words written out."""
+        return {
+            name: np.array(self.words[name], dtype=object)[column] if name in self.words else column
+            for name, column in self.columns.items()
+        }
+
 
 def case_units(scene: Scene) -> dict[str, str]:
-    """Column of the cases table to its unit ("1": a pure number, "": a word)."""
+    """Column of the cases table to its unit ("1": a pure number, "": a word). Those of the way out
+    (`columns.WITHDRAWAL`) are there where some case has one."""
     return dict(names.CASE_UNITS) if scene.jaw else surface_case_units(scene)
 
 
@@ -62,7 +74,7 @@ def scale_only_names(scene: Scene) -> frozenset[str]:
     return jaw_scale_only_names(scene) if scene.jaw else surface_scale_only_names(scene)
 
 
-def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
+def solve_cases(scene: Scene, frame: "pd.DataFrame") -> "pd.DataFrame":
     """Solve the scene once per row of `frame`, whose columns are dotted names.
 
     Returns one row per case with the same index: the columns given, then those of the cases table
@@ -70,6 +82,8 @@ def solve_cases(scene: Scene, frame: pd.DataFrame) -> pd.DataFrame:
     `solves`. Raises SceneError for a bad name or value; what does not converge is a row with a
     status.
     """
+    import pandas as pd  # workers of a sweep start without it
+
     columns = {str(name): frame[name].to_numpy() for name in frame.columns}
     result = solve_chunk(scene, columns, count=len(frame))
     table = pd.DataFrame({**columns, **result.cases}, index=frame.index)
@@ -92,7 +106,7 @@ def solve_chunk(
     groups = tabulate(scene, columns)
     total = sum(len(group.rows) for group in groups)
     cases = {
-        "status": np.empty(total, dtype=object),
+        "status": np.empty(total, dtype=np.int64),
         "peak_force_N": np.empty(total),
         "peak_position": np.empty(total),
         "max_strain": np.empty(total),
@@ -103,8 +117,11 @@ def solve_chunk(
         "error_estimate": np.empty(total),
         "positions": np.empty(total, dtype=np.int64),
         "iterations": np.empty(total, dtype=np.int64),
-        "advice": np.empty(total, dtype=object),
+        "advice": np.empty(total, dtype=np.int64),
     }
+    if not (scene.path.withdraw or "path.withdraw" in columns):
+        cases = {name: column for name, column in cases.items() if name not in names.WITHDRAWAL}
+    sentences = list(status.ADVICE)
     parts: list[dict[str, Array]] = []
     shape_paths, solves, compiled = 0, 0, 0.0
     for group in groups:
@@ -131,7 +148,7 @@ def solve_chunk(
             _fill(cases, group.rows[chosen], lowered, chosen, summary)
             ends = solved.trace.ends
             cases["advice"][group.rows[chosen]] = names.advice(
-                ends, lowered, chosen, design, number
+                ends, lowered, chosen, design, number, sentences
             )
             if curves:
                 curve = names.curve_columns(solved.trace.rows, lowered, chosen, design)
@@ -139,7 +156,8 @@ def solve_chunk(
                 parts.append(curve)
             begin = time.perf_counter()
     return ChunkResult(
-        cases=cases,
+        columns=cases,
+        words={"status": list(status.WORDS), "advice": sentences},
         curves=_joined(parts) if curves else None,
         shape_paths=shape_paths,
         solves=solves,
@@ -188,15 +206,20 @@ def _fill(
         "peak_position": summary[:, reduce.PEAK_POSITION] * length,
         "max_strain": summary[:, reduce.STRAIN] * scale.strain[chosen],
         "insertion_work_J": summary[:, reduce.WORK] * force * length,
-        "retention_force_N": np.where(back, summary[:, reduce.RETENTION] * force, np.nan),
-        "withdrawal_work_J": np.where(back, summary[:, reduce.WORK_BACK] * force * length, np.nan),
-        "hysteresis_J": np.where(back, lost * force * length, np.nan),
         "error_estimate": summary[:, reduce.ESTIMATE],
     }
+    if "retention_force_N" in cases:
+        values |= {
+            "retention_force_N": np.where(back, summary[:, reduce.RETENTION] * force, np.nan),
+            "withdrawal_work_J": np.where(
+                back, summary[:, reduce.WORK_BACK] * force * length, np.nan
+            ),
+            "hysteresis_J": np.where(back, lost * force * length, np.nan),
+        }
     failed_in = summary[:, reduce.STATUS_IN] > status.NO_CONTACT
     for name, value in values.items():
         cases[name][at] = np.where(failed_in if name in _WAY_IN else failed, np.nan, value)
-    cases["status"][at] = _WORDS[number]
+    cases["status"][at] = number
     cases["positions"][at] = lowered.positions.shape[1]
     cases["iterations"][at] = summary[:, reduce.ITERATIONS].astype(np.int64)
 

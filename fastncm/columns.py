@@ -34,6 +34,9 @@ CASE_UNITS = {
     "advice": "",
 }
 
+#: Columns of the way out.
+WITHDRAWAL = ("retention_force_N", "withdrawal_work_J", "hysteresis_J")
+
 #: Column of a curve to its unit.
 CURVE_UNITS = {
     "position": "m",
@@ -59,7 +62,6 @@ CURVE_UNITS = {
 }
 
 _WORDS = np.array(status.WORDS, dtype=object)
-_ADVICE = np.array(status.ADVICE, dtype=object)
 
 
 def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) -> dict[str, Array]:
@@ -109,16 +111,25 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
     return {name: np.ascontiguousarray(values).ravel() for name, values in columns.items()}
 
 
-def advice(ends: Array, lowered: Lowered, chosen: Array, design: Array, number: Array) -> Array:
-    """Sentences (C,) for the status numbers (C,) of the chosen cases.
+def advice(
+    ends: Array,
+    lowered: Lowered,
+    chosen: Array,
+    design: Array,
+    number: Array,
+    sentences: list[str],
+) -> Array:
+    """For the status numbers (C,) of the chosen cases, the places (C,) of what is advised in
+    `sentences`: it begins with `status.ADVICE`, and what is said of one case alone is added.
 
     ends: (D, ENDS) of a trace: where a branch of equilibria ended; chosen: (C,) cases of `lowered`;
     design: (C,) each one's in `ends`.
     """
-    said: Array = _ADVICE[number]
+    said = number.copy()
     told = (number == status.NO_EQUILIBRIUM) | (number == status.CONVERGED)
     for i in np.flatnonzero(told & (ends[design, END_POSITION] != 0.0)):
         length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
         _, position, mu, energy = ends[design[i]].tolist()
-        said[i] = status.end_of_branch(position * length, mu, energy * force * length)
+        said[i] = len(sentences)
+        sentences.append(status.end_of_branch(position * length, mu, energy * force * length))
     return said

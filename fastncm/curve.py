@@ -98,7 +98,9 @@ class JawCurve(Curve):
         """What to do about the status; empty where nothing is to be done."""
         zero = np.zeros(1, dtype=np.int64)
         number = self._summary[None, reduce.STATUS].astype(np.int64)
-        return str(advice(self._solved.trace.ends, self._lowered, zero, zero, number)[0])
+        sentences = list(status.ADVICE)
+        ends = self._solved.trace.ends
+        return sentences[int(advice(ends, self._lowered, zero, zero, number, sentences)[0])]
 
     @property
     def peak(self) -> Peak:

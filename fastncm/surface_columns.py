@@ -114,7 +114,7 @@ def surface_case_columns(
     summary: Summary, lowered: LoweredSurface, chosen: Array
 ) -> dict[str, Array]:
     """Columns of the cases table, each (C,), from the summaries (C,) of the chosen cases; failed
-    cases have no numbers."""
+    cases have no numbers. Words are status numbers (`status.WORDS`, `status.ADVICE`)."""
     force, length = lowered.scale.force[chosen], lowered.scale.length[chosen]
     failed = summary.status > status.NO_CONTACT
 
@@ -122,7 +122,7 @@ def surface_case_columns(
         return np.where(failed, np.nan, values * unit)
 
     columns = {
-        "status": _WORDS[summary.status],
+        "status": summary.status,
         "peak_force_N": where(summary.peak_force, force),
         "peak_position": where(summary.peak_position, position_scale(lowered, chosen)),
         "max_strain": where(summary.strain, lowered.scale.strain[chosen]),
@@ -135,6 +135,6 @@ def surface_case_columns(
         "error_estimate": where(summary.estimate),
         "positions": np.full(len(chosen), lowered.positions.shape[1]),
         "iterations": summary.iterations,
-        "advice": _ADVICE[summary.status],
+        "advice": summary.status,
     }
     return {name: columns[name] for name in surface_case_units(lowered.scene) if name in columns}

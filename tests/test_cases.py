@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import fastncm
-from fastncm.columns import CASE_UNITS
+from fastncm.columns import CASE_UNITS, WITHDRAWAL
 
 CIRCLE = fastncm.load_scene("snapfit-circle")
 
@@ -23,7 +23,8 @@ def test_cases_equal_curves(model: str, shape_paths: int) -> None:
     scene = CIRCLE.replace({"friction.model": model})
     table = fastncm.solve_cases(scene, frame)
     assert list(table.index) == [7, 5, 3, 1]
-    assert list(table.columns) == [*frame.columns, *CASE_UNITS]
+    shown = [name for name in CASE_UNITS if name not in WITHDRAWAL]
+    assert list(table.columns) == [*frame.columns, *shown]
     assert table.attrs["shape_paths"] == shape_paths
     for (_, changes), (_, row) in zip(frame.iterrows(), table.iterrows(), strict=True):
         curve = fastncm.solve(scene.replace(changes.to_dict()))
@@ -32,6 +33,15 @@ def test_cases_equal_curves(model: str, shape_paths: int) -> None:
         assert row["peak_position"] == pytest.approx(curve.peak.position, rel=1e-12)
         assert row["insertion_work_J"] == pytest.approx(curve.insertion_work_J, rel=1e-12)
         assert row["max_strain"] == pytest.approx(curve.frame()["max_strain"].max(), rel=1e-12)
+
+
+def test_columns_of_the_way_out_are_there_where_some_case_has_one() -> None:
+    frame = pd.DataFrame({"path.withdraw": [False, True]})
+    table = fastncm.solve_cases(CIRCLE, frame)
+    assert list(table.columns) == ["path.withdraw", *CASE_UNITS]
+    assert [list(table[name].notna()) for name in WITHDRAWAL] == 3 * [[False, True]]
+    withdrawn = fastncm.solve_cases(CIRCLE.replace({"path.withdraw": True}), frame.iloc[1:, :0])
+    assert list(withdrawn.columns) == list(CASE_UNITS)
 
 
 def test_forces_scale_with_stiffness() -> None:

@@ -54,6 +54,18 @@ def test_the_module_is_the_command():
     assert result.stdout == ""
 
 
+def test_where_there_are_no_posix_locks_a_sweep_says_so(study, tmp_path):
+    code = (
+        "import sys\nsys.modules['fcntl'] = None\nfrom fastncm.cli import main\n"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", code, "sweep", str(study), "--out", str(tmp_path / "out")]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 2
+    assert result.stderr.startswith("fastncm: sweeps need Linux, macOS or another POSIX system")
+    assert not (tmp_path / "out").exists()
+
+
 def test_scenes_are_listed(capsys):
     assert run("scenes") == 0
     lines = capsys.readouterr().out.splitlines()
@@ -121,8 +133,9 @@ def test_failed_rows_are_counted_and_the_code_is_1(study, tmp_path, capsys, monk
     def one_fails(scene, columns, curves=False):
         result = solve_chunk(scene, columns, curves=curves)
         failing = columns["jaw.height"] == 0.0089
-        result.cases["status"][failing] = "max_iterations"
-        result.cases["advice"][failing] = "Try this."
+        result.columns["status"][failing] = result.words["status"].index("max_iterations")
+        result.columns["advice"][failing] = len(result.words["advice"])
+        result.words["advice"].append("Try this.")
         return result
 
     monkeypatch.setattr(tasks, "solve_chunk", one_fails)
@@ -199,7 +212,7 @@ def test_a_sweep_that_breaks_off_has_a_code_of_its_own(study, tmp_path, capsys, 
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store, "write_table", full)
+    monkeypatch.setattr(store, "packed", full)
     assert run("sweep", study, "--out", tmp_path / "out", "--jobs", 1) == 3
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
 
@@ -232,13 +245,12 @@ def test_a_sweep_that_broke_off_goes_on_and_says_so(study, tmp_path, capsys, mon
 
 
 def test_parts_of_an_interrupted_sweep_can_be_joined(study, tmp_path, capsys, monkeypatch):
-    from fastncm.sweeping import run as run_module
     from fastncm.sweeping import store
 
     out = tmp_path / "out"
     with monkeypatch.context() as patch:
         patch.setattr(store, "PART_BYTES", 1)
-        patch.setattr(run_module, "compact", lambda _: None)
+        patch.setattr(store, "compact", lambda _: [])
         assert run("sweep", study, "--out", out, "--jobs", 1) == 0
     before = load(out)
     capsys.readouterr()

@@ -50,6 +50,14 @@ def write_json(name: str, figures: Mapping[str, object]) -> None:
     print(f"\n{file.relative_to(ROOT)}")
 
 
+def read_json(name: str) -> tuple[dict, str]:
+    """The figures of results/NAME.json, and the machine and the day that they belong to, in
+    words."""
+    figures = json.loads((RESULTS / f"{name}.json").read_text())
+    about = figures["machine"]
+    return figures, f"{about['cpu']}, {about['cores']} cores, {about['date']}"
+
+
 def write_table(name: str, table: pd.DataFrame, **notes: object) -> None:
     """Write a table to results/NAME.parquet, with the machine and the notes (seeds, settings) in
     its metadata, and say so."""

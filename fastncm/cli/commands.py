@@ -2,7 +2,9 @@
 
 import argparse
 import sys
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 from fastncm.cli import output
 from fastncm.cli.codes import BROKEN_OFF, DONE, SOME_FAILED
@@ -57,6 +59,8 @@ def sweep(options: argparse.Namespace) -> int:
     from fastncm.sweeping import BrokenOff
     from fastncm.sweeping import sweep as run_sweep
 
+    # what draws is loaded while the compiled code is, and while workers solve
+    Thread(target=import_module, args=("fastncm.plot",), daemon=True).start()
     try:
         run = run_sweep(
             options.study,

@@ -16,6 +16,9 @@ RANGES = ("uniform", "loguniform")
 EXPECTED = "a list, {linspace = [low, high, number]} or {geomspace = [low, high, number]}"
 EXPECTED_SAMPLED = "a list, {uniform = [low, high]} or {loguniform = [low, high]}"
 
+MOST_VALUES = 10**8
+"""Values of one axis: 0.8 GB."""
+
 Axis = Sequence[object] | np.ndarray | Mapping[str, Sequence[float]]
 
 
@@ -77,9 +80,12 @@ def plain_axis(axis: Axis) -> object:
 
 def _spaced(name: str, axis: Mapping[str, Sequence[float]]) -> np.ndarray:
     """Written out from {linspace = [low, high, number]} or {geomspace = ...}."""
+    if axis.keys() & set(RANGES):
+        raise refusal(name, dict(axis), f"{EXPECTED}; a range is for a [design] that is drawn")
     kind, (low, high, count) = _numbers(name, axis, SPACES, 3, EXPECTED)
-    if int(count) != count or count < 0:
-        raise refusal(name, dict(axis), f"{{{kind} = [low, high, number of values]}}")
+    if int(count) != count or not 0 <= count <= MOST_VALUES:
+        expected = f"{{{kind} = [low, high, number]}} with a whole number from 1 to {MOST_VALUES}"
+        raise refusal(name, dict(axis), expected)
     if kind == "geomspace" and not low * high > 0:
         raise refusal(name, dict(axis), "between ends of one sign, none of them 0")
     return SPACES[kind](low, high, int(count))

@@ -1,13 +1,12 @@
 """The work of a sweep as a stream of finished tasks.
 
-The first blocks run in this process: they compile what is not compiled yet (or load it from the
-cache) and show how long a case takes. The rest is cut into tasks of TASK_SECONDS, and goes to
-worker processes only where that pays for starting them.
+A long sweep goes to its workers at once, first in small tasks that show how long a case takes, then
+in tasks of TASK_SECONDS. Of any other the first blocks run in this process: they compile what is
+not compiled yet (or load it from the cache), and show whether the rest pays for starting workers.
 """
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 from joblib import delayed
@@ -18,17 +17,21 @@ from fastncm.sweeping.pools import Workers, WorkersLost, pool, received
 from fastncm.sweeping.processes import collect, exchange, run_in_process
 from fastncm.sweeping.schema import metadata
 from fastncm.sweeping.study import Study
-from fastncm.sweeping.tasks import Finished, make_task, run_in_worker, run_task
+from fastncm.sweeping.tasks import Finished, Task, make_task, run_in_worker, run_task
 
 TASK_SECONDS = 0.5
 """Length of a task. One takes the parent 2 ms with loky and 8 ms with Dask."""
 FED_WORKERS = 16
 """More workers than this get longer tasks in proportion, or the parent could not feed them."""
+FIRST_TASK_ROWS = 64
+"""Cases in a worker's first tasks, of which nobody knows how long they take."""
 FIRST_ROWS = 4
 MEASURED_SECONDS = 0.05
 """The first blocks grow until one takes this long: shorter ones cannot be measured."""
-WORKER_START_SECONDS = 2.0
-"""Time in which a worker process starts and imports its packages (measured: 1.5 to 2 s)."""
+WORKER_START_SECONDS = 1.5
+"""Time in which a worker process starts, imports its packages and loads the compiled code."""
+LEAST_SECONDS = 0.2e-6
+"""No contact solve is quicker than this: where even so a sweep is long, nothing is measured."""
 CURVE_ROWS = 250_000
 """Rows of curves in a task at most: 45 MB, and 30 MB packed."""
 HELD_BYTES = 256 * 2**20
@@ -59,13 +62,15 @@ class Pace:
 
     @property
     def rows_in_task(self) -> int:
-        """Cases that take about TASK_SECONDS."""
+        """Cases that take about TASK_SECONDS; few where no task has come back yet."""
+        if not self.rows:
+            return FIRST_TASK_ROWS
         return max(1, round(TASK_SECONDS / self.seconds_per_row))
 
     @property
     def bytes_in_task(self) -> float:
-        """Size of the results of a task; an upper estimate."""
-        return self.nbytes / self.rows * self.rows_in_task
+        """Size of the results of a task, an upper estimate; 0 where none has come back yet."""
+        return self.nbytes / self.rows * self.rows_in_task if self.rows else 0.0
 
 
 def finished_tasks(
@@ -81,7 +86,8 @@ def finished_tasks(
         return Plan(study.cases, scale_only_names(study.scene), _max_rows(study), done)
 
     plan, pace, losses = missing(), Pace(), 0
-    yield from _first_blocks(study, plan, pace)
+    if _alone(workers) or not _is_long(study, plan):
+        yield from _first_blocks(study, plan, pace)
     while plan.rows_left:
         try:
             for finished in _at_pace(study, workers, plan, pace):
@@ -99,23 +105,38 @@ def finished_tasks(
 def _at_pace(study: Study, workers: Workers, plan: Plan, pace: Pace) -> Iterator[Finished]:
     """What is left of the plan, in tasks of TASK_SECONDS, by workers where that pays."""
     about = metadata(study)
-    alone = workers.backend != "dask" and workers.jobs == 1
     starting = WORKER_START_SECONDS if workers.backend == "loky" else 0.0
-    if alone or plan.rows_left * pace.seconds_per_row <= starting:
+    if _alone(workers) or (pace.rows and plan.rows_left * pace.seconds_per_row <= starting):
         while (block := plan.take(pace.rows_in_task)) is not None:
             yield run_task(make_task(study, block, about))
         return
     with pool(workers) as (parallel, count), exchange() as folder:
         tasks = (make_task(study, block, about) for block in _shrinking(plan, pace, count))
         while plan.rows_left:
-            # joblib lets results pile up without bound where the parent is the slower one, so it
-            # is given a wave of tasks at a time.
-            some = islice(tasks, max(4 * count, int(HELD_BYTES / pace.bytes_in_task)))
+            some = _wave(tasks, pace, 4 * count)
             if workers.backend == "loky":
                 calls = (delayed(run_in_process)(task, folder) for task in some)
                 yield from map(collect, received(parallel, calls))
             else:
                 yield from received(parallel, (delayed(run_in_worker)(task) for task in some))
+
+
+def _wave(tasks: Iterator[Task], pace: Pace, least: int) -> Iterator[Task]:
+    """Tasks for some time: joblib, given all, lets results pile up where the parent is slower."""
+    for sent, task in enumerate(tasks, start=1):
+        yield task
+        if sent >= least and sent * pace.bytes_in_task >= HELD_BYTES:
+            return
+
+
+def _alone(workers: Workers) -> bool:
+    """Whether this process does all the work."""
+    return workers.backend != "dask" and workers.jobs == 1
+
+
+def _is_long(study: Study, plan: Plan) -> bool:
+    """Whether workers pay for their start however quick the cases are."""
+    return plan.problems_left * _positions(study) * LEAST_SECONDS > WORKER_START_SECONDS
 
 
 def _first_blocks(study: Study, plan: Plan, pace: Pace) -> Iterator[Finished]:
@@ -154,5 +175,9 @@ def _max_rows(study: Study) -> int:
     """Cases in one task at most."""
     if not study.curves:
         return MAX_ROWS
-    steps = max(study.cases.axes.get("path.steps", [study.scene.path.steps]))
-    return max(1, CURVE_ROWS // int(steps))
+    return max(1, CURVE_ROWS // _positions(study))
+
+
+def _positions(study: Study) -> int:
+    """Positions on the longest of the study's paths in."""
+    return int(max(study.cases.axes.get("path.steps", [study.scene.path.steps])))

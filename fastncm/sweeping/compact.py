@@ -18,13 +18,13 @@ from fastncm.sweeping.lock import sole_run
 from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.parts import (
     FACTS,
-    PACKING,
     TABLES,
     CurvesFile,
     Part,
     added_up,
     next_number,
     open_part,
+    packing,
     part_name,
     part_sizes,
     survey,
@@ -39,14 +39,17 @@ FILE_BYTES = 64 * 2**20
 Item = TypeVar("Item", Part, CurvesFile)
 
 
-def compact(storage: Storage) -> None:
-    """Join the small files of a sweep that nobody works on. Raises OSError."""
+def compact(storage: Storage) -> list[str]:
+    """Join the small files of a sweep that nobody works on; the new parts of the cases table.
+    Raises OSError."""
     parts, _ = survey(storage)
+    new = []
     for group in _small(parts):
         files = added_up([part.facts for part in group]).curves
         curves = [some for some in _small(files) if len(some) > 1]
         if len(group) > 1 or curves:
-            _join(storage, group, curves)
+            new.append(_join(storage, group, curves))
+    return new
 
 
 def compact_folder(out: str | os.PathLike[str]) -> tuple[int, int]:
@@ -74,8 +77,9 @@ def _number_of_files(storage: Storage) -> int:
     return sum(len(part_sizes(storage, table)) for table in TABLES)
 
 
-def _join(storage: Storage, parts: list[Part], curves: list[list[CurvesFile]]) -> None:
-    """Replace parts by one part, and each list of their files of curves by one file."""
+def _join(storage: Storage, parts: list[Part], curves: list[list[CurvesFile]]) -> str:
+    """Replace parts by one part, whose name is returned, and each list of their files of curves by
+    one file."""
     facts = added_up([part.facts for part in parts])
     gone = {file.name for files in curves for file in files}
     kept = tuple(file for file in facts.curves if file.name not in gone)
@@ -86,8 +90,9 @@ def _join(storage: Storage, parts: list[Part], curves: list[list[CurvesFile]]) -
     _concatenate(storage, "cases", list(named), name, {FACTS: new.to_json().encode()})
     for part in parts:
         storage.delete(f"cases/{part.name}")
-    for name in sorted(gone):
-        storage.delete(f"curves/{name}")
+    for curve in sorted(gone):
+        storage.delete(f"curves/{curve}")
+    return name
 
 
 def _join_curves(storage: Storage, files: list[CurvesFile]) -> CurvesFile:
@@ -110,7 +115,7 @@ def _concatenate(
     schema = schema.with_metadata((schemas[0].metadata or {}) | metadata)
 
     def write(stream: pa.NativeFile) -> None:
-        with pq.ParquetWriter(stream, schema, **PACKING) as writer:
+        with pq.ParquetWriter(stream, schema, **packing(schema)) as writer:
             for rows in _row_groups(storage, table, names):
                 writer.write_table(_with_columns(rows, schema))
 

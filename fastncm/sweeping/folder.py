@@ -47,9 +47,12 @@ def claim(storage: Storage, study: Study) -> Manifest | None:
     return manifest
 
 
-def is_whole(storage: Storage, study: Study) -> bool:
-    """Whether every case is in the table and every file of it in order."""
-    stock = take_stock(storage, study)
+def is_complete(storage: Storage, study: Study, manifest: Manifest) -> bool:
+    """Whether the run of the manifest came to its end, every case is in the table, and every file
+    of it in order."""
+    if manifest.state != "complete":
+        return False
+    stock = take_stock(storage, study, manifest.checksums)
     return bool(stock.done.all()) and not stock.useless
 
 
@@ -65,7 +68,7 @@ def make_folders(storage: Storage, study: Study) -> None:
 def begin(storage: Storage, study: Study, manifest: Manifest) -> Stock:
     """Take the folder: from now on the manifest names this run. Returns what is done already."""
     try:
-        stock = take_stock(storage, study)
+        stock = take_stock(storage, study, manifest.checksums)
         clear_away(storage, stock)
         manifest.run.found = stock.found
         if isinstance(study.cases, Samples) and study.design.kind == LISTED:

@@ -59,8 +59,11 @@ def _group_keys(group: CaseGroup) -> IntArray:
     )
     for name, values in group.values.items():
         shared = values[:1] if values.strides == (0,) else values
-        canonical = np.where(np.isnan(shared), np.nan, shared + 0.0)  # one NaN, one zero
-        total += _mixed(canonical.view(np.uint64) ^ _hash_text(name))
+        canonical = shared + 0.0  # one zero
+        canonical[np.isnan(canonical)] = np.nan  # one NaN
+        bits = canonical.view(np.uint64)
+        bits ^= _hash_text(name)
+        total += _mixed(bits)
     return (_mixed(total) >> np.uint64(1)).view(np.int64)
 
 
@@ -70,7 +73,10 @@ def _hash_text(text: str) -> np.uint64:
 
 
 def _mixed(bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """The finaliser of splitmix64: every bit of the input reaches every bit of the output."""
-    bits = (bits ^ (bits >> np.uint64(30))) * _FIRST
-    bits = (bits ^ (bits >> np.uint64(27))) * _SECOND
-    return bits ^ (bits >> np.uint64(31))
+    """The finaliser of splitmix64, in place: every bit of the input reaches every bit of the
+    output."""
+    for shift, factor in ((np.uint64(30), _FIRST), (np.uint64(27), _SECOND)):
+        bits ^= bits >> shift
+        bits *= factor
+    bits ^= bits >> np.uint64(31)
+    return bits

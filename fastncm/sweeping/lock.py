@@ -6,13 +6,13 @@ of the next run. Where there are no locks (object stores), the manifest is the l
 every few seconds, and one that has not been renewed for a minute is dead.
 """
 
-import fcntl
 import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fastncm.errors import SweepError
+from fastncm.sweeping.file_locks import try_lock
 from fastncm.sweeping.manifest import MANIFEST, Manifest, read_manifest
 from fastncm.sweeping.storage import Storage, reason
 
@@ -33,7 +33,7 @@ def sole_run(storage: Storage) -> Iterator[None]:
         return
     try:
         deadline = time.monotonic() + PATIENCE_SECONDS
-        while (locked := _try(descriptor, fcntl.LOCK_EX)) is False:
+        while (locked := try_lock(descriptor)) is False:
             if time.monotonic() > deadline:
                 raise SweepError(_in_use(storage))
             time.sleep(0.02)
@@ -53,7 +53,7 @@ def is_running(storage: Storage, manifest: Manifest) -> bool:
         return renewed
     descriptor = os.open(storage.local / LOCK, os.O_RDONLY)
     try:
-        held = _try(descriptor, fcntl.LOCK_SH) is False
+        held = try_lock(descriptor, shared=True) is False
     finally:
         os.close(descriptor)
     # Some network file systems do not tell other machines of a lock.
@@ -68,17 +68,6 @@ def _open(storage: Storage) -> int | None:
         return os.open(storage.local / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
         raise SweepError(f"cannot write to {storage}: {reason(error)}") from error
-
-
-def _try(descriptor: int, kind: int) -> bool | None:
-    """Whether the lock is ours now; None where the file system knows no locks."""
-    try:
-        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return None
-    return True
 
 
 def _refuse_renewed(storage: Storage) -> None:

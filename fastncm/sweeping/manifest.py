@@ -55,6 +55,7 @@ class Manifest:
     shape_paths: int = 0  # dimensionless problems solved along the path
     solves: int = 0  # contact solves
     seconds: float = 0.0  # of all runs together
+    checksums: dict[str, int] = field(default_factory=dict)  # CRC-32 of parts of the cases table
     updated: float = 0.0  # seconds since 1970
 
 

@@ -35,6 +35,11 @@ class Plan:
         self._next = 0  # place in the order that the next block starts with
         self.rows_left = int(self._size - np.count_nonzero(done))
 
+    @property
+    def problems_left(self) -> int:
+        """Groups of cases that are left: about as many dimensionless problems."""
+        return -(-self.rows_left // self._order.group)
+
     def take(self, rows: int) -> np.ndarray | None:
         """The next about `rows` missing cases, one group of them at least; None at the end."""
         while self._next < self._size:

@@ -1,5 +1,6 @@
 """Workers for the tasks of a sweep: processes, threads, or a Dask cluster, all through joblib."""
 
+import multiprocessing
 import warnings
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
@@ -100,8 +101,10 @@ def received(parallel: Parallel, calls: Iterable[object]) -> Generator[Any, None
         yield from results
     except BrokenProcessPool as error:
         raise WorkersLost("a worker process died (out of memory?)") from error
-    except TimeoutError as error:
-        raise WorkersLost(f"nothing came back for {SILENT_SECONDS:.0f} s") from error
+    except multiprocessing.TimeoutError as error:  # joblib's; none of Python's own
+        # to connect once more would wait for ever where the scheduler's machine is frozen
+        silent = f"nothing came back from the cluster for {SILENT_SECONDS:.0f} s"
+        raise SweepError(silent) from error
     finally:
         with warnings.catch_warnings():  # that tasks were cancelled is said once, by the error
             warnings.filterwarnings("ignore", r"\d+ tasks", UserWarning)

@@ -96,12 +96,6 @@ def count_statuses(storage: Storage) -> Counter[tuple[str, str]]:
     return counts
 
 
-def failed_rows(statuses: pa.Array | pa.ChunkedArray) -> int:
-    """How many of the statuses are neither converged nor without contact."""
-    good = pc.sum(pc.is_in(statuses, pa.array(GOOD_STATUS))).as_py()
-    return len(statuses) - int(good or 0)
-
-
 def _read(
     storage: Storage, table: str, columns: list[str] | None, where: pc.Expression | None
 ) -> Iterator[pa.Table]:

@@ -16,8 +16,7 @@ from tqdm import tqdm
 from fastncm.errors import SweepError
 from fastncm.kernels.cache import is_cold
 from fastncm.sweeping.backends import finished_tasks
-from fastncm.sweeping.compact import compact
-from fastncm.sweeping.folder import begin, claim, is_whole, make_folders
+from fastncm.sweeping.folder import begin, claim, is_complete, make_folders
 from fastncm.sweeping.identity import solver_version
 from fastncm.sweeping.lock import sole_run
 from fastncm.sweeping.manifest import Manifest, Run, read_manifest
@@ -82,17 +81,18 @@ def sweep(
     workers = choose_workers(backend, jobs, scheduler)
     storage = Storage(out)
     earlier = claim(storage, study)
-    if earlier is not None and earlier.state == "complete" and is_whole(storage, study):
+    if earlier is not None and is_complete(storage, study, earlier):
         return _summary(storage, study.report)
     make_folders(storage, study)
     with sole_run(storage):
         earlier = claim(storage, study)  # another run may just have ended
-        if earlier is not None and earlier.state == "complete" and is_whole(storage, study):
+        if earlier is not None and is_complete(storage, study, earlier):
             return _summary(storage, study.report)
         run = Run(workers.backend, workers.jobs)
         manifest = Manifest(study.to_dict(), solver_version(), versions(), run)
         manifest.cases = study.cases.size
-        manifest.seconds = 0.0 if earlier is None else earlier.seconds
+        if earlier is not None:
+            manifest.seconds, manifest.checksums = earlier.seconds, earlier.checksums
         stock = begin(storage, study, manifest)
         resumed = int(stock.done.sum())
         _run(storage, study, manifest, stock, workers)
@@ -134,7 +134,7 @@ def _run(
                 bar.set_postfix(failed=manifest.failed, refresh=False)
                 bar.update(block.rows)
         store.flush()
-        compact(storage)
+        store.compact()
 
 
 def _progress(study: Study, manifest: Manifest) -> tqdm:
@@ -142,7 +142,9 @@ def _progress(study: Study, manifest: Manifest) -> tqdm:
     return tqdm(
         total=study.cases.size,
         initial=manifest.received,
-        desc="compiling (first use only)" if is_cold(study.scene.jaw is not None) else study.name,
+        desc="compiling (first use only, minutes)"
+        if is_cold(study.scene.jaw is not None)
+        else study.name,
         unit=" cases",
         unit_scale=True,
         mininterval=0.1 if sys.stderr.isatty() else 5.0,

@@ -21,7 +21,7 @@ def describe(storage: Storage) -> list[str]:
         f"{manifest.seconds:.2f} s"
     ]
     lines.append(
-        f"  run: process {run.pid} on {run.host} ({run.machine}), {run.backend}, {run.jobs} jobs, "
+        f"  run: process {run.pid} on {run.host} ({run.machine}), {run.backend}, jobs: {run.jobs}, "
         f"begun {_at(run.started)}, last sign {_at(manifest.updated)}"
     )
     if alive:

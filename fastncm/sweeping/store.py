@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pyarrow as pa
 
+from fastncm.sweeping.compact import compact
 from fastncm.sweeping.manifest import Manifest, write_manifest
 from fastncm.sweeping.parts import (
     FACTS,
@@ -16,8 +17,9 @@ from fastncm.sweeping.parts import (
     Facts,
     added_up,
     next_number,
+    packed,
     part_name,
-    write_table,
+    part_sizes,
 )
 from fastncm.sweeping.schema import cases_table, metadata
 from fastncm.sweeping.stock import Stock
@@ -51,6 +53,7 @@ class Store:
         self._next = next_number(storage, "cases")
         self._next_curves = next_number(storage, "curves")
         self._lock = threading.Lock()
+        manifest.checksums = stock.checksums
         facts = added_up([part.facts for part in stock.parts])
         manifest.rows = manifest.received = int(stock.done.sum())
         manifest.failed, manifest.shape_paths = facts.failed, facts.shape_paths
@@ -86,11 +89,19 @@ class Store:
         facts = added_up([facts for _, facts in held])
         name = part_name(self._next)
         self._next += 1  # first: no name is used twice
-        write_cases(self.storage, name, table, self._metadata, facts)
+        checksum = write_cases(self.storage, name, table, self._metadata, facts)
+        # a new dictionary, since the thread that renews the manifest may be reading the old one
+        self.manifest.checksums = self.manifest.checksums | {name: checksum}
         self.manifest.rows += table.num_rows
         self.manifest.failed += facts.failed
         self.manifest.shape_paths += facts.shape_paths
         self.manifest.solves += facts.solves
+
+    def compact(self) -> None:
+        """Join the small parts. Raises OSError."""
+        new = {name: self.storage.checksum(f"cases/{name}") for name in compact(self.storage)}
+        known = self.manifest.checksums | new
+        self.manifest.checksums = {name: known[name] for name in part_sizes(self.storage, "cases")}
 
     def close(self, state: str) -> None:
         """Write the rest and the manifest. Raises OSError."""
@@ -133,7 +144,8 @@ class Store:
 
 def write_cases(
     storage: Storage, name: str, table: pa.Table, metadata: dict[str, str], facts: Facts
-) -> None:
-    """Write a part of the cases table. Raises OSError."""
-    table = table.replace_schema_metadata(metadata | {FACTS.decode(): facts.to_json()})
-    storage.write(f"cases/{name}", lambda stream: write_table(table, stream))
+) -> int:
+    """Write a part of the cases table; its CRC-32. Raises OSError."""
+    file = packed(table.replace_schema_metadata(metadata | {FACTS.decode(): facts.to_json()}))
+    storage.write(f"cases/{name}", lambda stream: stream.write(file))
+    return zlib.crc32(file)

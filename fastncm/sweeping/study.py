@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from fastncm.columns import CASE_UNITS
+from fastncm.columns import CASE_UNITS, WITHDRAWAL
 from fastncm.errors import SceneError
 from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number
@@ -20,6 +20,8 @@ from fastncm.sweeping.samples import DRAWN, Samples, drawn, listed
 
 CHECKED_ROWS = 100_000
 """Cases validated at once: bounds the memory of `Study.check`."""
+MOST_CASES = 10**10
+"""One byte is held for each."""
 BEST = ("min", "max")
 TEXT_COLUMNS = ("status", "advice")
 """Results of a case that are words; all others are numbers."""
@@ -96,6 +98,12 @@ class Study:
 
     def check(self) -> None:
         """Refuse what cannot be swept, case by case and before anything is written (SceneError)."""
+        if self.cases.size > MOST_CASES:
+            raise SceneError(
+                f"the axes make {self.cases.size:.3g} cases: must be {MOST_CASES:.0e} at most; "
+                "cut the study along an axis",
+                name="axes",
+            )
         for start in range(0, self.cases.size, CHECKED_ROWS):
             rows = np.arange(start, min(start + CHECKED_ROWS, self.cases.size))
             try:
@@ -110,7 +118,14 @@ class Study:
         return case_keys(tabulate(self.scene, self.cases.columns(case_ids)))
 
     def _check_report(self) -> None:
-        known = [*self.axes, *(name for name in CASE_UNITS if name not in TEXT_COLUMNS)]
+        withdraws = self.scene.path.withdraw or "path.withdraw" in self.axes
+        unused = TEXT_COLUMNS if withdraws else TEXT_COLUMNS + WITHDRAWAL
+        known = [*self.axes, *(name for name in CASE_UNITS if name not in unused)]
+        if self.report.column in WITHDRAWAL and not withdraws:
+            raise _at(
+                "report.column",
+                SceneError(f"{self.report.column} is there only where path.withdraw is true"),
+            )
         if self.report.column not in known:
             raise _at("report.column", unknown(self.report.column, known, "column"))
         if self.report.best not in BEST:

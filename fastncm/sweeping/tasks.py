@@ -5,13 +5,13 @@ it can be sent to any machine; what comes back are the results' columns, curves 
 bytes of a Parquet file, because packing them takes longer than solving.
 """
 
-import fcntl
 import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -21,11 +21,14 @@ from fastncm.errors import SweepError
 from fastncm.kernels.cache import JIT_OFF, cache_directory
 from fastncm.scene import Scene
 from fastncm.scene.names import OPTION
+from fastncm.sqp import status
+from fastncm.sweeping.file_locks import locked, unlock
 from fastncm.sweeping.identity import case_keys, solver_version
-from fastncm.sweeping.parts import write_table
-from fastncm.sweeping.read import failed_rows
+from fastncm.sweeping.parts import packed
 from fastncm.sweeping.schema import curves_table, results_table
-from fastncm.sweeping.study import Study
+
+if TYPE_CHECKING:
+    from fastncm.sweeping.study import Study
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class Finished:
         return int(self.results.nbytes + (0 if self.curves is None else self.curves.size))
 
 
-def make_task(study: Study, case_ids: np.ndarray, metadata: dict[str, str]) -> Task:
+def make_task(study: "Study", case_ids: np.ndarray, metadata: dict[str, str]) -> Task:
     """The task for the cases `case_ids`, shape (C,)."""
     return Task(
         scene=study.scene,
@@ -82,17 +85,17 @@ def run_task(task: Task) -> Finished:
     started = perf_counter()
     curves = task.metadata is not None
     result = solve_chunk(task.scene, task.columns, curves=curves)
-    packed, curves_rows = None, 0
+    file, curves_rows = None, 0
     if result.curves is not None:
         table = curves_table(task.scene, task.case_ids, result.curves)
-        packed, curves_rows = _packed(table.replace_schema_metadata(task.metadata)), table.num_rows
-    results = results_table(task.scene, case_keys(result.groups), result.cases)
+        file, curves_rows = packed(table.replace_schema_metadata(task.metadata)), table.num_rows
+    results = results_table(task.scene, case_keys(result.groups), result)
     return Finished(
         case_ids=task.case_ids,
         results=results,
-        curves=packed,
+        curves=file,
         curves_rows=curves_rows,
-        failed=failed_rows(results["status"]),
+        failed=int((result.columns["status"] > status.NO_CONTACT).sum()),
         shape_paths=result.shape_paths,
         solves=result.solves,
         seconds=perf_counter() - started,
@@ -113,12 +116,6 @@ def run_in_worker(task: Task) -> Finished:
         return run_task(task)
 
 
-def _packed(table: pa.Table) -> pa.Buffer:
-    sink = pa.BufferOutputStream()
-    write_table(table, sink)
-    return sink.getvalue()
-
-
 @contextmanager
 def _one_compiles(task: Task) -> Iterator[None]:
     """On each host one worker compiles while the others wait, then they load.
@@ -137,9 +134,8 @@ def _one_compiles(task: Task) -> Iterator[None]:
     if marker.exists():
         yield
         return
-    with open(cache_directory() / "compiling.lock", "a") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(cache_directory() / "compiling.lock") as lock:
         if marker.exists():
-            fcntl.flock(lock, fcntl.LOCK_UN)
+            unlock(lock)
         yield
         marker.touch()

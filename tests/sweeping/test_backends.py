@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from joblib.externals.loky import reusable_executor
 
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
-from fastncm.sweeping import BrokenOff, Study, backends, load, pools, processes, sweep, tasks
+from fastncm.sweeping import BrokenOff, Study, backends, load, pools, processes, store, sweep, tasks
 from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.storage import Storage
 
@@ -54,6 +54,14 @@ def check(out, alone):
 
 def test_threads_give_the_same_table(tmp_path, alone):
     check(sweep(STUDY, tmp_path / "out", jobs=2, backend="threading").out, alone)
+
+
+def test_a_long_sweep_goes_to_its_workers_at_once(tmp_path, alone, monkeypatch):
+    def solved_here(_):
+        raise AssertionError("the parent need not even load the compiled code")
+
+    monkeypatch.setattr(backends, "run_task", solved_here)
+    check(sweep(STUDY, tmp_path / "out", jobs=2).out, alone)
 
 
 def kill_when(started, processes):
@@ -95,6 +103,7 @@ def test_workers_that_die_every_time_end_the_run(tmp_path, monkeypatch):
         yield
 
     monkeypatch.setattr(backends, "received", fatal)
+    monkeypatch.setattr(backends, "_is_long", lambda *_: False)  # the first blocks are solved here
     with pytest.raises(BrokenOff, match="worker process died.*finished cases stay readable"):
         sweep(STUDY, tmp_path / "out", jobs=2)
     monkeypatch.undo()
@@ -104,11 +113,11 @@ def test_workers_that_die_every_time_end_the_run(tmp_path, monkeypatch):
     assert (run.resumed, run.rows) == (kept, 2400)
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """A scheduler and two workers on this machine: its address and the workers' processes."""
+@contextmanager
+def started_cluster(folder):
+    """A scheduler and two workers on this machine: its address and the processes, the scheduler
+    first."""
     pytest.importorskip("distributed")
-    folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
     environment = os.environ | {"DASK_DISTRIBUTED__ADMIN__LOG_FORMAT": "%(message)s"}
 
@@ -136,6 +145,13 @@ def cluster(tmp_path_factory):
         for process in processes:
             stack.enter_context(process)
             stack.callback(process.kill)
+        yield address, processes
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """A cluster for all tests that leave its scheduler alive: its address and the workers."""
+    with started_cluster(tmp_path_factory.mktemp("cluster")) as (address, processes):
         yield address, processes[1:]
 
 
@@ -150,6 +166,26 @@ def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(tmp_path, alon
     check(run.out, alone)
     assert workers[0].wait() == -signal.SIGKILL
     assert workers[1].poll() is None
+
+
+def test_a_scheduler_that_falls_silent_is_given_up(tmp_path, alone, monkeypatch):
+    """As one behind a network that was cut: no connection ends, and nothing comes any more."""
+    monkeypatch.setattr(pools, "SILENT_SECONDS", 10.0)  # a worker's first task takes some
+    monkeypatch.setattr(backends.Pace, "rows_in_task", 12)
+    out = tmp_path / "out"
+    add = store.Store.add
+    with started_cluster(tmp_path) as (address, processes):
+
+        def add_and_cut(self, finished):
+            add(self, finished)
+            processes[0].send_signal(signal.SIGSTOP)
+
+        monkeypatch.setattr(store.Store, "add", add_and_cut)
+        with pytest.raises(BrokenOff, match="nothing came back from the cluster for 10 s.*goes on"):
+            sweep(STUDY, out, backend="dask", scheduler=address)
+    monkeypatch.undo()
+    assert 0 < len(load(out)) < 2400
+    check(sweep(STUDY, out, jobs=1).out, alone)
 
 
 def test_workers_of_an_own_cluster_give_the_same_table(tmp_path, alone):

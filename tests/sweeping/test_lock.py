@@ -13,6 +13,7 @@ import pytest
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import Study, folder, load, lock, store, sweep
+from fastncm.sweeping.file_locks import try_lock
 from fastncm.sweeping.lock import is_running, sole_run
 from fastncm.sweeping.manifest import read_manifest, write_manifest
 from fastncm.sweeping.status import describe
@@ -112,7 +113,7 @@ def test_looking_at_a_folder_does_not_refuse_a_run(finished, monkeypatch):
     """`status` takes the lock for a moment."""
     state(finished, "interrupted")
     descriptor = os.open(finished / lock.LOCK, os.O_RDONLY)
-    assert lock._try(descriptor, lock.fcntl.LOCK_SH)
+    assert try_lock(descriptor, shared=True)
     threading.Timer(0.1, os.close, [descriptor]).start()
     assert sweep(STUDY, finished, jobs=1).rows == 40
 

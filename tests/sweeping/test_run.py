@@ -16,7 +16,7 @@ import pytest
 from fastncm.errors import SceneError, SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import BrokenOff, Report, Study, backends, folder, load, store, sweep
-from fastncm.sweeping import run as run_module
+from fastncm.sweeping.manifest import read_manifest
 from fastncm.sweeping.read import GOOD_STATUS, best_designs
 from fastncm.sweeping.storage import Storage
 
@@ -131,7 +131,7 @@ def test_the_table_does_not_depend_on_parts_tasks_and_workers(tmp_path, monkeypa
     monkeypatch.setattr(backends, "MEASURED_SECONDS", 1e-4)
     monkeypatch.setattr(backends.Pace, "rows_in_task", 100)
     monkeypatch.setattr(store, "PART_BYTES", 10_000)
-    monkeypatch.setattr(run_module, "compact", lambda _: None)
+    monkeypatch.setattr(store, "compact", lambda _: [])
     many = sweep(study, tmp_path / "many", jobs=2)
     assert len(part_files(many.out / "cases")) > 3
     assert (many.rows, many.failed, many.shape_paths) == (one.rows, one.failed, one.shape_paths)
@@ -256,11 +256,16 @@ def test_a_disk_that_fills_up_leaves_the_finished_parts(tmp_path, monkeypatch):
 
 
 def test_a_write_that_fails_leaves_no_half_part(tmp_path, monkeypatch):
-    def breaks_off(table, stream):
+    write = Storage.write
+
+    def breaks_off(stream):
         stream.write(b"PAR1 and no more")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store, "write_table", breaks_off)
+    def half(self, name, whole):
+        write(self, name, breaks_off if name.startswith("cases/") else whole)
+
+    monkeypatch.setattr(Storage, "write", half)
     with pytest.raises(BrokenOff, match="No space left on device"):
         sweep(wide_study(2), tmp_path / "out", jobs=1)
     assert list((tmp_path / "out" / "cases").iterdir()) == []
@@ -284,10 +289,9 @@ def test_ctrl_c_leaves_a_readable_table(tmp_path, finished):
         # a shell's background job ignores the signal, and so would its children
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
-        while not (out / "study.json").exists():
+        while not ((out / "study.json").exists() and read_manifest(Storage(out)).received):
             assert process.poll() is None
             time.sleep(0.05)
-        time.sleep(4.0)
         os.killpg(process.pid, signal.SIGINT)
         stdout, stderr = process.communicate(timeout=20)
     frame = load(out)

@@ -1,6 +1,7 @@
 """What a run finds in its folder: damage is reported and mended, nothing is lost or doubled."""
 
 import shutil
+import zlib
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,6 @@ import pytest
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import Study, load, store, sweep
-from fastncm.sweeping import run as run_module
 from fastncm.sweeping.manifest import read_manifest, write_manifest
 from fastncm.sweeping.status import describe
 from fastncm.sweeping.storage import Storage
@@ -26,7 +26,7 @@ def complete(tmp_path_factory):
     out = tmp_path_factory.mktemp("complete") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store, "PART_BYTES", 1)
-        patch.setattr(run_module, "compact", lambda _: None)
+        patch.setattr(store, "compact", lambda _: [])
         sweep(STUDY, out, jobs=1)
     assert len(list((out / "cases").iterdir())) >= 3
     return out
@@ -146,6 +146,20 @@ def test_damage_to_a_complete_table_is_mended_too(complete, tmp_path):
     assert sweep(STUDY, out, jobs=1).fresh
     pd.testing.assert_frame_equal(load(out), load(complete), check_exact=True)
     assert not sweep(STUDY, out, jobs=1).fresh
+
+
+def test_parts_whose_checksum_nobody_knows_are_looked_through(complete, broken):
+    """A run that was killed before the manifest named its last part."""
+    storage = Storage(broken)
+    manifest = read_manifest(storage)
+    assert len(manifest.checksums) == len(list((broken / "cases").iterdir()))
+    manifest.checksums = {}
+    write_manifest(storage, manifest)
+    run = sweep(STUDY, broken, jobs=1)
+    assert (run.resumed, run.rows, run.found) == (70, 70, ())
+    (part,) = (broken / "cases").iterdir()
+    assert read_manifest(storage).checksums == {part.name: zlib.crc32(part.read_bytes())}
+    pd.testing.assert_frame_equal(load(broken), load(complete), check_exact=True)
 
 
 def test_only_missing_cases_are_solved(broken, monkeypatch):

@@ -102,6 +102,9 @@ def test_a_study_survives_its_dictionary(tmp_path):
         (3, "[axes]\n'friction.mu' = { linspace = [0, 1, 0] }", "empty"),
         (3, "[axes]\n'friction.mu' = { linspace = [0, 1] }", "linspace"),
         (3, "[axes]\n'friction.mu' = { linspace = [0, 1, 2.5] }", "linspace"),
+        (3, "[axes]\n'friction.mu' = { linspace = [0, 1, -1] }", "a whole number from 1 to"),
+        (3, "[axes]\n'friction.mu' = { linspace = [0, 1, 1e15] }", "a whole number from 1 to"),
+        (3, "[axes]\n'friction.mu' = { uniform = [0, 1] }", "a [design] that is drawn"),
         (3, "[axes]\n'friction.mu' = { logspace = [0, 1, 2] }", "geomspace"),
         (3, "[axes]\n'friction.mu' = { geomspace = [0, 1, 2] }", "geomspace"),
         (3, "[axes]\n'friction.mu' = 0.2", "list"),
@@ -117,6 +120,7 @@ def test_a_study_survives_its_dictionary(tmp_path):
         (3, "[output]\ncurve = true\n[axes]\n'friction.mu' = [0]", "'curves'"),
         (3, "[output]\ncurves = 'yes'\n[axes]\n'friction.mu' = [0]", "true or false"),
         (3, "[report]\ncolumn = 'peak_froce_N'\n[axes]\n'friction.mu' = [0]", "'peak_force_N'"),
+        (3, "[report]\ncolumn = 'hysteresis_J'\n[axes]\n'friction.mu' = [0]", "path.withdraw"),
         (3, "[report]\nbest = 'least'\n[axes]\n'friction.mu' = [0]", "'min'"),
         (3, "[report]\nlimits = {status = 1}\n[axes]\n'friction.mu' = [0]", "status"),
         (3, "[report]\nlimits = {max_strain = 'x'}\n[axes]\n'friction.mu' = [0]", "finite"),
@@ -130,6 +134,14 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, line, text, words):
         load_study(path)
     assert words in str(error.value)
     assert str(error.value).startswith(f"{path}:{line}: ")
+
+
+def test_more_cases_than_can_be_counted_are_refused(tmp_path):
+    text = "scene = 'snapfit-circle'\n[axes]\n"
+    for name in ("friction.mu", "finger.thickness", "finger.young"):
+        text += f"'{name}' = {{ linspace = [0.001, 0.002, 3000] }}\n"
+    with pytest.raises(SceneError, match=r"mine.toml:2: the axes make 2.7e\+10 cases"):
+        load_study(write(tmp_path, text))
 
 
 def test_a_study_without_axes_is_refused(tmp_path):

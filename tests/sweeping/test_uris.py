@@ -9,7 +9,6 @@ from fastncm.cli import main
 from fastncm.errors import SweepError
 from fastncm.scene import load_scene
 from fastncm.sweeping import BrokenOff, Report, Study, load, store, sweep
-from fastncm.sweeping import run as run_module
 from fastncm.sweeping.storage import Storage
 
 CIRCLE = load_scene("snapfit-circle").replace({"path.steps": 10})
@@ -28,7 +27,7 @@ def local(tmp_path_factory):
     out = tmp_path_factory.mktemp("local") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store, "PART_BYTES", 1)
-        patch.setattr(run_module, "compact", lambda _: None)
+        patch.setattr(store, "compact", lambda _: [])
         return sweep(STUDY, out, jobs=1).out
 
 
@@ -57,7 +56,7 @@ def test_a_run_on_a_uri_that_broke_off_goes_on(tmp_path, local, monkeypatch):
     def full(storage, name, *rest):
         if name == "part-00002.parquet":
             raise OSError(28, "No space left on device")
-        write(storage, name, *rest)
+        return write(storage, name, *rest)
 
     monkeypatch.setattr(store, "write_cases", full)
     with pytest.raises(BrokenOff, match="No space left on device; .* the same command goes on"):
