@@ -290,7 +290,7 @@ def several_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
         return c.ON_B
     py = target[d, c.TARGET_Y]
     if k == 0:
-        return _edge_feature(jaw, d, t, py, x, y, cos, sin)
+        return _edge_feature(jaw, target, d, t, x, y, cos, sin)
     if k == 3:
         return _return_feature(jaw, target, d, t, x, y, cos, sin)
     qx, qy = (jaw[d, c.AX], jaw[d, c.AY]) if k == 1 else (jaw[d, c.BX], jaw[d, c.BY])
@@ -306,18 +306,19 @@ def several_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
 
 
 @inlined
-def _edge_feature(jaw, d, t, py, x, y, cos, sin):
+def _edge_feature(jaw, target, d, t, x, y, cos, sin):
     """The block's corner over the edge, where the edge's normal points into the block and the
-    corner has not gone behind the return face.
+    corner of one that has a back has not gone behind the return face.
 
     Where the normal points past the block, a corner of the jaw touches first; but close to that the
     edge is flat on a side of the block, and both ends of their contact count.
     """
+    py = target[d, c.TARGET_Y]
     if nearest_part(jaw, d, t, py, x, y, cos, sin) != c.ON_EDGE:
         return c.VOID
     ax = cos * (t - x) + sin * (py - y) - jaw[d, c.AX]
     ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
-    if jaw[d, c.TRX] * ay > jaw[d, c.TRY] * ax:
+    if target[d, c.TARGET_LENGTH] > 0.0 and jaw[d, c.TRX] * ay > jaw[d, c.TRY] * ax:
         return c.VOID
     nx, ny, size = -jaw[d, c.TAY], jaw[d, c.TAX], 1.0
     if jaw[d, c.RHO] < 0.0:
