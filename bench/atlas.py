@@ -17,14 +17,21 @@ import pandas as pd
 from support import atlas_grids, atlas_pictures, atlas_runs, markdown_table, read_table, write_table
 from support.atlas_runs import extremes
 
-JAW_SCENES = 150
-"""Scenes of each of the six kinds of jaws; 17,000 are 100,000 in all and take an hour or two."""
+JAW_SCENES = 1000
+"""Scenes of each of the six kinds of jaws; 17,000 are 100,000 in all."""
 SIDE_SCENES = 300
 """Scenes of each of the four kinds of direct contact."""
 FINER_SCENES = 40
 """Scenes of each kind of direct contact that are compared with finer ones."""
 RETRIED = 4
 """Failed rows of each kind, with friction and without, that are tried again in other ways."""
+CAUSES = {
+    "snaps": "the branch from first touch ended at a limit point, which the row tells",
+    "with one contact": "friction locks, or a second contact",
+    "overlap": "the target cannot be got out of the way (taut finger, target inside the jaw)",
+    "from the last position": "not solved",
+}
+"""What the advice of a failed row says, and its cause."""
 WRONG = 10.0
 """Times the estimate."""
 JAW_RETRIES = ({"path.steps": 200}, {"path.steps": 60, "solver.order": 12})
@@ -148,7 +155,8 @@ def section() -> str:
             "*No equilibrium there*: neither shooting from the claimed answer nor other modes find "
             "one, though the estimate is below 0.1. Residual: largest of the KKT residuals of "
             "converged rows.",
-            _failures(failed),
+            _failures(jaws, failed),
+            _snaps(jaws),
             "![Random jaws](results/atlas_jaws.png)",
             _counts(sides, "kind"),
             "The truth here is the same scene with eight times as many intervals.",
@@ -180,17 +188,41 @@ def _counts(table: pd.DataFrame, by: str) -> str:
     return markdown_table(head, rows)
 
 
-def _failures(failed: pd.DataFrame) -> str:
-    """The failed rows by status, with and without friction, and how many have an answer."""
-    head = ["failed jaws", "friction", "tried again", "solved another way", "scenes (kind index)"]
-    rows = []
+def causes(table: pd.DataFrame) -> pd.Series:
+    """The cause of each row's failure."""
+    found = pd.Series("other", index=table.index)
+    for word, cause in CAUSES.items():
+        found[table["advice"].str.contains(word, regex=False)] = cause
+    return found
+
+
+def _failures(jaws: pd.DataFrame, tried: pd.DataFrame) -> str:
+    """The failed rows by cause, with and without friction; how many of those tried again have an
+    answer."""
+    head = ["failed jaws", "friction", "scenes", "tried again", "solved another way",
+            "for example (kind index)"]  # fmt: skip
+    failed = jaws[~jaws["status"].isin(atlas_runs.SOLVED)]
+    solved_by = tried.set_index(["kind", "index"])["solved_by"]
+    failed = failed.join(solved_by, on=["kind", "index"])
     rubs = np.where(failed["friction.mu"] > 0.0, "μ > 0", "μ = 0")
-    for (word, friction), part in failed.groupby([failed["status"], rubs]):
-        solved = part[part["solved_by"] != ""]
-        listed = (solved["kind"] + " " + solved["index"].astype(str)).tolist()
-        rows.append([word, friction, f"{len(part):,}", f"{len(solved):,}",
-                     ", ".join(listed[:12]) + (" ..." if len(listed) > 12 else "")])  # fmt: skip
+    rows = []
+    for (cause, friction), part in failed.groupby([causes(failed), rubs]):
+        again = part["solved_by"].notna()
+        solved = part[again & (part["solved_by"] != "")]
+        named = pd.concat([solved, part[~part.index.isin(solved.index)]]).head(4)
+        listed = (named["kind"] + " " + named["index"].astype(str)).tolist()
+        rows.append([cause, friction, f"{len(part):,}", f"{again.sum():,}", f"{len(solved):,}",
+                     ", ".join(listed)])  # fmt: skip
     return markdown_table(head, rows)
+
+
+def _snaps(jaws: pd.DataFrame) -> str:
+    snapped = jaws["advice"].str.contains("snaps", regex=False)
+    solved = jaws["status"].isin(atlas_runs.SOLVED)
+    return (
+        f"{(snapped & solved).sum():,} more paths pass a limit point, say so with its position and "
+        "the energy released, and go on behind it."
+    )
 
 
 def _grid(grid: pd.DataFrame) -> str:

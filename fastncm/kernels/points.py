@@ -10,6 +10,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels import gap
 from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.facing import nearest_part
 
 
 @inlined
@@ -61,7 +62,7 @@ def jaw_point_gap(kind, fraction, jaw, target, d, t, x, y, cos, sin):
     below = py - (y + sin * qx + cos * qy)
     wx, wy = cos * nx - sin * ny, sin * nx + cos * ny
     plane = max(before, below)
-    over_edge = gap.nearest_part(jaw, d, t, py, x, y, cos, sin) == c.ON_EDGE
+    over_edge = nearest_part(jaw, d, t, py, x, y, cos, sin) == c.ON_EDGE
     if (
         over_edge
         and wx >= 0.0
@@ -94,7 +95,7 @@ def constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin):
         return jaw_point_gap(kind, k / (points - 1.0), jaw, target, d, t, x, y, cos, sin)
     if form == c.POINTS_ON_TARGET and k < points:
         px, py = target_point(kind, k, points, jaw, target, d, t)
-        part = gap.nearest_part(jaw, d, px, py, x, y, cos, sin)
+        part = nearest_part(jaw, d, px, py, x, y, cos, sin)
         return gap.jaw_gap(jaw, d, part, px, py, 0.0, x, y, cos, sin)
     if form == c.CLOSEST:
         feature = gap.several_feature(kind, k, jaw, target, d, t, x, y, cos, sin)

@@ -28,9 +28,10 @@ _MOST_MOVES = 400
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
 #: A change of shape (share of the shape) that is small; and by how much (share of the change) the
-#: shape half-way may be off the middle: half of it is a jump, 0.21 what a square root does.
+#: shape half-way may be off the middle: half of it is a jump. A finger that is hit head-on buckles
+#: from the straight shape with the square root of the way, 0.21 off.
 _SMALL, _TINY = 0.1, 1e-4
-_OFF_MIDDLE = 0.25
+_OFF_MIDDLE, _OFF_FROM_STRAIGHT = 0.1, 0.25
 #: Stiffness of the active constraints, over the Hessian's largest entry, by which the stability
 #: along them is judged.
 _STIFF = 1e4
@@ -64,9 +65,9 @@ def approach(design, start, stop, spare, work, options):
     """Follow the shape ``spare.u_start`` from the target's position `start` to `stop`; the solution
     is left in ``spare.u`` and ``spare.u_start``.
 
-    A move counts where the solution changes little, or evenly: no more than a quarter off the
-    middle half-way. Where the branch ends (a limit point, an edge that slips off a corner) the
-    finger snaps to what the SQP finds from there, if that has less energy.
+    A move counts where the solution changes little, or evenly. Where the branch ends (a limit
+    point, an edge that slips off a corner) the finger snaps to what the SQP finds from there, if
+    that has less energy.
 
     Returns ``(status, reached, released, iterations)``: the last position of the branch from
     `start`, which is `stop` unless it ended, and the energy that the snap released there (0: none).
@@ -168,7 +169,8 @@ def _move(design, start, goal, spare, work, options):
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
         even = 0.5 * (spare.u_start[k] + spare.u[k])
         off = max(off, abs(spare.u_middle[k] - even))
-    return result, total, result == status.CONVERGED and off <= _OFF_MIDDLE * change
+    most = _OFF_MIDDLE if size > 0.0 else _OFF_FROM_STRAIGHT
+    return result, total, result == status.CONVERGED and off <= most * change
 
 
 @inner

@@ -250,8 +250,13 @@ def _line_search(design, t, u, work, count, penalty, options):
             return length
         if length == 1.0 and not corrected:
             corrected = True
+            for i in range(u.shape[0]):
+                work.change[i] = work.step[i]
             _second_order_correction(work, count)
             continue
+        if length == 1.0:  # the corrected step is no direction of descent
+            for i in range(u.shape[0]):
+                work.step[i] = work.change[i]
         length *= 0.5
     return 0.0
 

@@ -43,8 +43,8 @@ def end_of_branch(position: float, mu: float, energy: float) -> str:
         )
     else:
         said = (
-            f"There is no sliding equilibrium beyond {position:.9g} m: friction locks "
-            "(friction.mu is too high for this geometry)."
+            f"There is no sliding equilibrium with one contact beyond {position:.9g} m: friction "
+            "locks (friction.mu is too high for this geometry), or the jaw touches in two places."
         )
     if mu == mu:
         said += f" The finger slides on to the next position with friction.mu up to {mu:.7f}."

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tracing import CIRCLE, CORNER, Solved, solved_path
+from tracing import CIRCLE, CORNER, EXACT, Solved, solved_path
 
 from fastncm.path import rows
 
@@ -70,3 +70,18 @@ def test_events_have_estimates_like_their_neighbours(scene: str) -> None:
             i = int(event[rows.INTERVAL])
             around = solved.estimate[max(i - 2, 0) : i + 4]
             assert 0.5 * around.min() < event[rows.ESTIMATE] < 2.0 * around.max()
+
+
+@pytest.mark.parametrize("form", ["points-on-finger", "points-on-target"])
+@pytest.mark.parametrize("count", [20, 50, 400])
+def test_estimates_count_what_the_points_lack_of_the_closed_form(form: str, count: int) -> None:
+    """The closed form's force, which shooting confirms, is the truth."""
+    positions = np.linspace(0.0778, 0.0601, 60)
+    exact = solved_path(CIRCLE, 8, positions=positions).force
+    changes = {"solver.contact": form, "solver.points": count}
+    solved = solved_path(CIRCLE, 8, changes, positions, EXACT)
+    error = np.abs(solved.force / exact - 1.0)[solved.converged]
+    estimate = solved.estimate[solved.converged]
+    assert solved.converged.mean() > 0.9
+    assert (error <= 5.0 * estimate).all()
+    assert np.median(estimate / (error + NEGLIGIBLE)) < 10.0

@@ -1,0 +1,169 @@
+"""Jaws that touch in two places, slip off a corner or snap: each against shooting."""
+
+import numpy as np
+import pytest
+import shooting
+from scipy.optimize import brentq
+from shooting import ShootingCase
+
+import fastncm
+from fastncm.lowering import lower
+from fastncm.path.trace import END_ENERGY, END_POSITION
+from fastncm.scene import Scene, tabulate
+from fastncm.trace import solve_paths
+
+pytestmark = pytest.mark.compiled
+
+STEEP = ShootingCase(a=(0.057, 0.0002), b=(0.0668, -0.0262), path_y=-0.0195)
+"""A steep straight edge, which comes to lie flat on the block's face and then slips off it."""
+SNAPPING = ShootingCase(
+    a=(0.057, 0.0218527),
+    b=(0.0814125, 0.0025831),
+    path_y=0.01305698,
+    target_radius=0.00791234,
+    jaw_radius=0.1027423,
+)
+"""A circle that the finger lets slip: found among random scenes, one row of its path failed."""
+CUP = ShootingCase(
+    a=(0.057, 0.0100), b=(0.0700, 0.0010), path_y=0.0120, target_radius=0.0120, jaw_radius=0.0095,
+    convex=False,
+)  # fmt: skip
+"""A circle too large for the cup: it lies on both ends of the arc."""
+
+
+def scene(case: ShootingCase, **changes: object) -> Scene:
+    """The scene of a shooting case, solved with enough modes for ten digits."""
+    name = "snapfit-circle" if case.target_radius else "snapfit-corner"
+    values: dict[str, object] = {
+        "jaw.shape": "arc" if case.jaw_radius else "segment",
+        "jaw.a": case.a,
+        "jaw.b": case.b,
+        "path.y": case.path_y,
+        "path.start": "touch",
+        "friction.mu": 0.0,
+        "solver.order": 16,
+    }
+    if case.jaw_radius:
+        values |= {"jaw.radius": case.jaw_radius, "jaw.convex": case.convex}
+    if case.target_radius:
+        values["target.radius"] = case.target_radius
+    return fastncm.load_scene(name).replace(values | changes)
+
+
+def ends(solved_scene: Scene) -> tuple[float, float]:
+    """Where the branch from first touch ends (m), and the energy (J) that the snap releases."""
+    lowered = lower(tabulate(solved_scene, {})[0])
+    (solved,) = solve_paths(lowered)
+    end = solved.trace.ends[0]
+    length, force = lowered.scale.length[0], lowered.scale.force[0]
+    return float(end[END_POSITION] * length), float(end[END_ENERGY] * length * force)
+
+
+def test_an_edge_lies_flat_on_the_block() -> None:
+    """Its two contacts have one resultant, normal to the face, somewhere between them."""
+    case, position = STEEP, 0.0555
+
+    def miss(unknowns: np.ndarray) -> np.ndarray:
+        target, normal = shooting._contact(case, "edge", *unknowns)
+        return np.array([target[0] - position / case.length, normal[1]])
+
+    force, place = shooting._newton(miss, np.array([1.5, 0.3]))
+    truth = shooting._result(case, "edge", position, force, place)
+    path = {"path.stop": position, "path.steps": 20}
+    row = fastncm.solve(scene(case, **path)).frame().iloc[-1]
+    assert row["status"] == "converged"
+    assert row["contacts"] == 2
+    assert row["normal_force_N"] == pytest.approx(truth.normal_force, rel=1e-8)
+    assert row["tip_angle_rad"] == pytest.approx(truth.tip_pose[2], rel=1e-9)
+    place = [row["contact_x_m"], row["contact_y_m"]]
+    assert place == pytest.approx(truth.contact_xy, rel=1e-7)
+    assert ends(scene(case, **path)) == (0.0, 0.0)
+
+
+def test_a_corner_slips_off_the_block() -> None:
+    """Corner a slides down the face until it is level with the block's corner; then the finger
+    snaps under the block, where a goes on along the underside."""
+    case, stop = STEEP, 0.0500
+
+    def miss(unknowns: np.ndarray) -> np.ndarray:
+        target, normal = shooting._contact(case, "corner", *unknowns)
+        return np.array([target[1] - case.path_y / case.length, normal[1]])
+
+    force, turn = shooting._newton(miss, np.array([1.5, -0.6]))
+    before = shooting._result(case, "corner", stop, force, turn)
+
+    def level(unknowns: np.ndarray) -> np.ndarray:
+        target, normal = shooting._contact(case, "corner", *unknowns)
+        return np.array([target[1] - case.path_y / case.length, normal[0]])
+
+    force, turn = shooting._newton(level, np.array([1.0, 1.0]))
+    after = shooting._result(case, "corner", stop, force, turn)
+    path = {"path.stop": stop, "path.steps": 20}
+    row = fastncm.solve(scene(case, **path)).frame().iloc[-1]
+    assert row["status"] == "converged"
+    assert row["normal_force_N"] == pytest.approx(after.normal_force, rel=1e-8)
+    position, released = ends(scene(case, **path))
+    assert position == pytest.approx(before.contact_xy[0], abs=1e-7 * case.length)
+    assert released == pytest.approx(before.energy - after.energy, rel=1e-5)
+
+
+def test_a_snap_at_a_limit_point_is_reported() -> None:
+    """As the circle's contact comes to corner a, the branch turns back."""
+    case = SNAPPING
+    before = shooting.peak_position(case)
+    start = before.normal_force / shooting._force_unit(case)
+
+    def beyond(turn: float) -> shooting.ShootingResult:
+        def miss(force: np.ndarray) -> np.ndarray:
+            target, _ = shooting._contact(case, "corner", force[0], turn)
+            return np.array([target[1] - case.path_y / case.length])
+
+        (force,) = shooting._newton(miss, np.array([start]))
+        target, _ = shooting._contact(case, "corner", force, turn)
+        return shooting._result(case, "corner", target[0] * case.length, force, turn)
+
+    turn = brentq(lambda turn: beyond(turn).position - before.position, 0.02, 0.06, xtol=1e-9)
+    after = beyond(turn)
+    path = {"path.stop": 0.0633, "path.steps": 120}
+    frame = fastncm.solve(scene(case, **path)).frame()
+    assert frame["status"].isin(["converged", "no_contact"]).all()
+    position, released = ends(scene(case, **path))
+    assert position == pytest.approx(before.position, abs=1e-7 * case.length)
+    assert released == pytest.approx(before.energy - after.energy, rel=0.02)
+
+
+def test_a_circle_lies_on_both_ends_of_a_concave_arc() -> None:
+    """Both forces pass through its centre, whose place in the jaw's frame its radius gives."""
+    case, position = CUP, 0.0660
+    a, b = np.array(case.a), np.array(case.b)
+    half = 0.5 * (b - a)
+    left = np.array([-half[1], half[0]]) / np.hypot(*half)
+    centre = a + half + np.sqrt(case.target_radius**2 - half @ half) * left
+    arm = (centre - [case.length, 0.0]) / case.length
+
+    def miss(force: np.ndarray) -> np.ndarray:
+        clamp, _ = shooting._integrate(case, arm, force * shooting._force_unit(case))
+        at = shooting._turn(-clamp[2]) @ (arm - clamp[:2])
+        return at - np.array([position, case.path_y]) / case.length
+
+    force = shooting._newton(miss, np.array([-0.1, -0.5])) * shooting._force_unit(case)
+    clamp, _ = shooting._integrate(case, arm, force)
+    truth = shooting._turn(-clamp[2]) @ force
+    path = {"path.stop": position, "path.steps": 12, "jaw.return_angle": 1.3}
+    curve = fastncm.solve(scene(case, **path))
+    row = curve.frame().iloc[-1]
+    assert row["status"] == "converged"
+    assert row["contacts"] == 2
+    assert [row["force_x_N"], row["force_y_N"]] == pytest.approx(truth, rel=1e-8)
+    assert row["tip_angle_rad"] == pytest.approx(-clamp[2], rel=1e-8)
+
+
+def test_a_target_inside_the_jaw_is_infeasible() -> None:
+    """A small circle that comes from below the free end b of a cup: the gap jumps there."""
+    case = ShootingCase(
+        a=(0.057, 0.0005), b=(0.0712, -0.0020), path_y=-0.0040, target_radius=0.0010,
+        jaw_radius=0.0078, convex=False,
+    )  # fmt: skip
+    frame = fastncm.solve(scene(case, **{"path.stop": 0.0640, "path.steps": 4})).frame()
+    assert set(frame["status"]) <= {"no_contact", "infeasible"}
+    assert (frame["status"] == "infeasible").any()
