@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastncm.kernels import distance
-from fastncm.kernels.nodal import NodalProblem
+from fastncm.kernels.nodal import AROUND, NodalProblem
 from fastncm.lowering import Scale, unique_rows
 from fastncm.path import surface_rows
 from fastncm.path.surface_friction import turn_forces
@@ -27,8 +27,6 @@ _ALGEBRAIC_SHARE, _TIGHTEST, _LOOSEST = 1e-2, 1e-13, 1e-10
 #: Corners of a polygon are contact points where an edge beside them is longer than this part of an
 #: interval of the finger, or where the outline turns by this angle (rad) within an interval.
 _EDGE, _TURN = 1.0, 0.2
-#: Points around an ellipse; those whose radius of curvature is below an interval are contact points.
-_AROUND = 32
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
 _SHAPES = {
@@ -241,7 +239,7 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
             return np.zeros((len(vertices), 0, 2))
         if shape == "polygon":
             return np.ascontiguousarray(vertices[:, _sharp(vertices, interval)])
-        angle = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+        angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
         around: Array = vertices * np.column_stack([np.cos(angle), np.sin(angle)])
         return np.ascontiguousarray(around[:, _curved(vertices, angle, interval)])
     fraction = np.arange(scene.solver.points) / scene.solver.points
@@ -262,10 +260,11 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
 
 def _curved(axes: Array, angle: Array, interval: float) -> Array:
     """Which points (M,) bool of the ellipses with semi-axes `axes` (D, 1, 2), at the eccentric
-    anomalies `angle` (M,), have a radius of curvature below an `interval`."""
+    anomalies `angle` (M,), have a radius of curvature below an `interval`, or lie beside those."""
     a, b = axes[:, :, 0], axes[:, :, 1]
     radius = np.hypot(a * np.sin(angle), b * np.cos(angle)) ** 3 / (a * b)
-    curved: Array = (radius < interval).any(axis=0)
+    sharp = (radius < interval).any(axis=0)
+    curved: Array = sharp | np.roll(sharp, 1) | np.roll(sharp, -1)
     return curved
 
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import inlined
-from fastncm.kernels.distance import distance
+from fastncm.kernels.distance import POLYGON, distance
 from fastncm.kernels.trig import sincos
 
 #: Gap (finger lengths) of a pair that cannot touch.
@@ -30,6 +30,8 @@ FAR = 0.25
 #: A target's point leaves its section for the next one beyond this part of the interval to that: a
 #: little more than half, so that a solve sees one.
 _NEARER = 0.55
+#: Points around an ellipse, of which those are contact points that nodes are too far apart to see.
+AROUND = 128
 #: Points of the target closer than this (finger lengths) are one.
 _SAME = 1e-9
 
@@ -184,10 +186,13 @@ def place_axis(problem, state, size):
 
 
 @inlined
-def _is_contact_point(problem, d, x, y):
-    """Whether the point of the target at `x`, `y` in its own frame is itself a contact point."""
+def _is_at_corner(problem, d, x, y, g, nx, ny, curvature):
+    """Whether the point at `x`, `y` in the target's frame is nearest to a polygon's corner that is a
+    contact point itself."""
+    if problem.shape != POLYGON or curvature == 0.0:
+        return False
     for m in range(problem.points.shape[1]):
-        dx, dy = problem.points[d, m, 0] - x, problem.points[d, m, 1] - y
+        dx, dy = x - g * nx - problem.points[d, m, 0], y - g * ny - problem.points[d, m, 1]
         if max(abs(dx), abs(dy)) < _SAME:
             return True
     return False
@@ -200,7 +205,7 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
 
     The gap of an unloaded point that is certainly above `margin` is not worked out: a distance
     changes by no more than the point moves. A node between the finger's ends does not touch a
-    target's corner that is a contact point: that touches the side, with the side's normal.
+    polygon's corner that is a contact point: that touches the side, with the side's normal.
     """
     j, offset = min(k, problem.step.shape[0]), problem.offset[d, k]
     state.px[k] = state.x[j] - offset * state.section_sin[j]
@@ -216,8 +221,8 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
     state.gap[k], state.curvature[k] = g, curvature
     state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
-    if curvature > 0.0 and k < problem.step.shape[0] and problem.points.shape[1] > 0:
-        if _is_contact_point(problem, d, qx - g * nx, qy - g * ny):
+    if k < problem.step.shape[0] and problem.points.shape[1] > 0:
+        if _is_at_corner(problem, d, qx, qy, g, nx, ny, curvature):
             state.nx[k], state.ny[k] = 0.0, 0.0
     if state.stuck[k]:
         moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]

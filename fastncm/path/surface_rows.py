@@ -12,7 +12,8 @@ contacts along their normals does to the force is one pass along the finger.
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
-from fastncm.kernels.nodal import contact_direction, friction_ratio
+from fastncm.kernels.distance import ELLIPSE
+from fastncm.kernels.nodal import AROUND, contact_direction, friction_ratio
 from fastncm.path.misplaced import before_tip, misplaced_forces, tip_slope
 from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
@@ -50,6 +51,9 @@ COLUMNS = 24
 SAFETY = 2.1
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
 ALGEBRAIC, FORCE_ROUNDING = 10.0, 1e-12
+#: How far the arc is from the chord between two points around an ellipse, per distance from its
+#: centre along the normal: an ellipse is a circle stretched.
+_SAGITTA = 1.0 - np.cos(np.pi / AROUND)
 
 
 @inlined
@@ -74,8 +78,8 @@ def _stiffness(problem, d, work):
 
 
 @inner
-def _estimate(problem, d, work, normal, residual):
-    """Estimated relative error of the contact force."""
+def _estimate(problem, d, x, y, work, normal, residual):
+    """Estimated relative error of the contact force, the target at `x`, `y`."""
     state = work.state
     intervals = problem.step.shape[0]
     first, beyond = (1, intervals) if problem.nodes_touch else (intervals + 3, len(state.gap) - 1)
@@ -114,6 +118,9 @@ def _estimate(problem, d, work, normal, residual):
             shortened += state.force[k] * beside * give
             bend = problem.flexibility[d, j - 1] / problem.step[j - 1]
             missed += bend * state.force[k] ** 2 * beside**3 / 3.0
+            if problem.nodes_touch and problem.shape == ELLIPSE:  # chords instead of the arc
+                size = (state.px[k] - x) * state.nx[k] + (state.py[k] - y) * state.ny[k]
+                held_off = max(held_off, _SAGITTA * abs(size))
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change = stiffness * moved + normal * (missed + uneven) / energy
@@ -176,4 +183,6 @@ def measure(problem, d, i, x, y, work, row):
         bent = abs(state.psi[j] - state.psi[j - 1]) / problem.step[j - 1]
         row[STRAIN] = max(row[STRAIN], problem.thickness[d, j - 1] * bent)
     row[RESIDUAL] = kkt_residual(problem, d, state, work.size[0])
-    row[ESTIMATE] = _estimate(problem, d, work, normal, row[RESIDUAL]) if normal > 0.0 else 0.0
+    row[ESTIMATE] = 0.0
+    if normal > 0.0:
+        row[ESTIMATE] = _estimate(problem, d, x, y, work, normal, row[RESIDUAL])

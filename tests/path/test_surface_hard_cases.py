@@ -81,7 +81,7 @@ def test_grazing_contact(shear: bool) -> None:
 def test_the_first_node_alone() -> None:
     """A small circle next to the clamp: a stiff, short lever; all moment in the first interval."""
     first = LENGTH / 40
-    small = raised(1e-5, **{"target.radius": 0.003, "path.y": 1e-5 - 0.005 - 0.003})
+    small = raised(1e-5, **{"target.radius": 0.004, "path.y": 1e-5 - 0.005 - 0.004})
     solved = solved_surface(small, [OFFSET + first])
     assert solved.converged[0]
     assert solved.s_from[0] == pytest.approx(1 / 40)
