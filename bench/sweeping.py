@@ -154,19 +154,34 @@ def _timed(command: list[str]) -> dict[str, float]:
     return {"s": min(elapsed), "cpu": min(cpu)}
 
 
-def cluster(one: dict[str, float], dask: dict[str, float]) -> dict[str, float]:
-    """What DESIGNS cases would take on NODES x CORES, from a case's cost here."""
-    solve = one["solving_cpu"] / CASES
-    parent = (dask["parent_cpu"] - dask["start_cpu"]) / (CASES - SMALL)
-    return {
-        "solve_us_per_case": solve * 1e6,
-        "parent_us_per_case": parent * 1e6,
-        "solving_minutes": DESIGNS * solve / (NODES * CORES) / 60,
-        "parent_minutes": DESIGNS * parent / 60,
-        "table_GB": one["bytes"] / CASES * DESIGNS / 1e9,
-        "done_mask_GB": DESIGNS / 1e9,
-        "cores_that_one_parent_feeds": solve / parent,
+def cluster(runs: dict[str, dict[str, float]], cases: int) -> list[list[str]]:
+    """What DESIGNS cases would take on NODES x CORES, as rows of a table, from a case's cost here.
+
+    The parent's is that of the study of shared problems: so many workers get tasks of 200,000 cases
+    (`plan.MAX_ROWS`), and that study's are nearly as large here, with two.
+    """
+    dask = runs["shared dask 2"]
+    parent = (dask["parent_cpu"] - dask["start_cpu"]) / (cases - SMALL)
+    solve = {kind: runs[f"{kind} loky 1"]["solving_cpu"] / cases for kind in STUDIES} | {
+        "10 ms a path": 0.01
     }
+    size = [runs[f"{kind} loky 1"]["bytes"] / cases * DESIGNS / 1e9 for kind in STUDIES]
+    return [
+        ["a case, one core / µs", *(short(seconds * 1e6) for seconds in solve.values())],
+        [
+            "all solved on all cores in / s",
+            *(short(DESIGNS * s / (NODES * CORES)) for s in solve.values()),
+        ],
+        ["a case, the parent / µs", *[short(parent * 1e6)] * len(solve)],
+        ["one parent feeds them in / s", *[short(DESIGNS * parent)] * len(solve)],
+        ["cores that one parent keeps busy", *(short(s / parent) for s in solve.values())],
+        ["table / GB", *map(short, size), "as the first"],
+    ]
+
+
+def short(number: float) -> str:
+    """Two digits, or all before the point."""
+    return f"{number:,.0f}" if number >= 10 else f"{number:.2g}"
 
 
 def main() -> None:
@@ -185,8 +200,7 @@ def main() -> None:
     for kind in STUDIES:
         for backend, jobs in (("loky", 1), ("loky", 2), ("threading", 2), ("dask", 2)):
             runs[f"{kind} {backend} {jobs}"] = in_process(kind, backend, jobs)
-    models = {kind: cluster(runs[f"{kind} loky 1"], runs[f"{kind} dask 2"]) for kind in STUDIES}
-    write_json("sweeping", figures | {"cases": CASES, "runs": runs, "cluster": models})
+    write_json("sweeping", figures | {"cases": CASES, "runs": runs})
     print(section())
 
 
@@ -198,20 +212,20 @@ def overhead(run: dict[str, float]) -> float:
 def headlines() -> list[str]:
     figures, _ = read_json("sweeping")
     runs = figures["runs"]
-    start = figures["cold_start"]
+    start, shared = figures["cold_start"], runs["shared loky 1"]
     return [
         f"Scheduling, writing and resuming a sweep of {figures['cases']:,} cases take "
         f"{overhead(runs['own loky 1']):.1%} of the CPU time of its solves where every case is a "
-        f"problem of its own, {overhead(runs['shared loky 1']):.0%} where 20 share one and a case "
-        f"takes {figures['cluster']['shared']['solve_us_per_case']:.1f} µs.",
-        f"A sweep of two cases takes {start['cpu']:.1f} s of CPU time from the command to its end, "
-        "the start of Python and of the compiled code.",
+        f"problem of its own, {overhead(shared):.0%} where 20 share one and a case takes "
+        f"{shared['solving_cpu'] / figures['cases'] * 1e6:.1f} µs.",
+        f"A sweep of two cases takes {start['s']:.1f} s from the start of Python to its end, "
+        f"{start['cpu']:.1f} s of it CPU time.",
     ]
 
 
 def section() -> str:
     figures, where = read_json("sweeping")
-    runs, models = figures["runs"], figures["cluster"]
+    runs = figures["runs"]
     load = max(run["load_before"] for run in runs.values())
     rows = []
     for name, run in runs.items():
@@ -228,7 +242,6 @@ def section() -> str:
             ("cold_start_of_the_command", "`fastncm sweep`, with its pictures"),
         )
     ]
-    cost = [[name, *(f"{models[kind][name]:.3g}" for kind in STUDIES)] for name in models["own"]]
     return "\n\n".join(
         [
             "## Sweeps",
@@ -243,7 +256,7 @@ def section() -> str:
             f"{DESIGNS:,} designs on {NODES} nodes of {CORES} cores, extrapolated from the CPU "
             "time that a case takes here, and from what the parent takes for one that two Dask "
             "workers solve:",
-            markdown_table(["", *STUDIES], cost),
+            markdown_table(["", *STUDIES, "10 ms a path"], cluster(runs, figures["cases"])),
         ]
     )
 
