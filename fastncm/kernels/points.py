@@ -9,7 +9,7 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels import gap
-from fastncm.kernels.cache import inlined, kernel
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.facing import nearest_part
 
 
@@ -106,7 +106,7 @@ def constraint_gap(form, points, kind, k, jaw, target, d, t, x, y, cos, sin):
     return gap.feature_gap(feature, jaw, target, d, t, x, y, cos, sin)
 
 
-@kernel
+@inner
 def smallest_gap(form, points, kind, jaw, target, d, t, x, y, cos, sin):
     """The smallest gap over all constraints at one pose."""
     if form == c.CLOSEST:

@@ -13,7 +13,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels import points as contact
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import store
 
@@ -73,7 +73,7 @@ def make_evaluation(modes, quadrature_points, constraints):
     )
 
 
-@kernel
+@inner
 def evaluate(design, t, u, at):
     """Gaps and their gradients at `u` (m,) with the target at `t`."""
     modes = u.shape[0]
@@ -107,7 +107,7 @@ def evaluate(design, t, u, at):
             )
 
 
-@kernel
+@inner
 def hessian(design, at, multipliers, out):
     """Hessian of the Lagrangian ``V - sum_k lambda_k g_k`` at the evaluated point. out: (m, m),
     both halves."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner
 
 #: Results of `solve_qp`.
 SOLVED, INCONSISTENT, CYCLING = 0, 1, 2
@@ -52,7 +52,7 @@ def make_qp_work(n):
     )
 
 
-@kernel
+@inner
 def cholesky(a, n):
     """Overwrite the lower triangle of the leading n x n block of `a` by its factor; False if
     indefinite."""
@@ -73,7 +73,7 @@ def cholesky(a, n):
     return True
 
 
-@kernel
+@inner
 def back_solve(factor, n, x):
     """Solve with the factor of `cholesky`, in place in `x` (n,)."""
     for i in range(n):
@@ -86,7 +86,7 @@ def back_solve(factor, n, x):
         x[i] /= factor[i, i]
 
 
-@kernel
+@inner
 def _dot(a, b):
     total = 0.0
     for i in range(a.shape[0]):
@@ -94,7 +94,7 @@ def _dot(a, b):
     return total
 
 
-@kernel
+@inner
 def _column(jacobian, j, work, position):
     """Write H^-1 a_j into column `position` of the workspace."""
     n = work.rhs.shape[0]
@@ -105,7 +105,7 @@ def _column(jacobian, j, work, position):
         work.columns[position, i] = work.rhs[i]
 
 
-@kernel
+@inner
 def factor_schur(jacobian, working, count, work):
     """Factor the Schur complement A_W H^-1 A_W^T of the first `count` working constraints."""
     for i in range(count):
@@ -114,7 +114,7 @@ def factor_schur(jacobian, working, count, work):
     return cholesky(work.schur, count)
 
 
-@kernel
+@inner
 def _drop(working, count, work, position):
     """Take the constraint at `position` out of the working set."""
     for i in range(position, count - 1):
@@ -125,7 +125,7 @@ def _drop(working, count, work, position):
     return count - 1
 
 
-@kernel
+@inner
 def _start(linear, jacobian, constant, working, count, work, d):
     """Minimum on the handed-over working set, without those whose multiplier comes out negative.
 
@@ -162,7 +162,7 @@ def _start(linear, jacobian, constant, working, count, work, d):
         count = _drop(working, count, work, at)
 
 
-@kernel
+@inner
 def _most_violated(jacobian, constant, ignored, d):
     """The constraint that is violated most beyond rounding, or -1."""
     worst, at = 0.0, -1
@@ -179,7 +179,7 @@ def _most_violated(jacobian, constant, ignored, d):
     return at
 
 
-@kernel
+@inner
 def _enter(jacobian, constant, working, count, entering, work, d):
     """Move along the dual until `entering` holds, dropping what blocks. Returns the count, or -1
     where the constraint contradicts the working set (which the caller then solves again without
@@ -228,7 +228,7 @@ def _enter(jacobian, constant, working, count, entering, work, d):
         count = _drop(working, count, work, blocking)
 
 
-@kernel
+@inner
 def solve_qp(linear, jacobian, constant, working, count, work, ignored, d):
     """Solve the program whose factored Hessian is in ``work.factor``.
 

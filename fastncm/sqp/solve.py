@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, kernel
+from fastncm.kernels.cache import driver, inner
 from fastncm.sqp import design as model
 from fastncm.sqp import qp, status
 
@@ -77,7 +77,7 @@ def make_work(modes, quadrature_points, constraints):
     )
 
 
-@kernel
+@inner
 def kkt_residual(u, jacobian, gaps, multipliers, rounding):
     """Largest relative violation of the KKT conditions, from scratch.
 
@@ -112,7 +112,7 @@ def kkt_residual(u, jacobian, gaps, multipliers, rounding):
     return residual
 
 
-@kernel
+@inner
 def _merit(u, gaps, penalty):
     """Exact l1 merit function ``V + penalty * sum of penetrations``."""
     energy, penetration = 0.0, 0.0
@@ -123,7 +123,7 @@ def _merit(u, gaps, penalty):
     return energy + penalty * penetration
 
 
-@kernel
+@inner
 def _correct_inertia(work, count):
     """Factor the Hessian for the QP; where it is indefinite, make it positive definite.
 
@@ -161,14 +161,14 @@ def _correct_inertia(work, count):
             return -1.0
 
 
-@kernel
+@inner
 def _copy_square(source, target):
     for i in range(source.shape[0]):
         for j in range(source.shape[0]):
             target[i, j] = source[i, j]
 
 
-@kernel
+@inner
 def _solve_subproblem(u, work, count):
     """Step and multipliers from the QP at the evaluated point. Returns ``(qp status, count)``."""
     modes, constraints = u.shape[0], work.multipliers.shape[0]
@@ -200,7 +200,7 @@ def _solve_subproblem(u, work, count):
     return result, count
 
 
-@kernel
+@inner
 def _second_order_correction(work, count):
     """Bend the step back to the constraints, whose curvature would make the merit function reject
     it.
@@ -219,7 +219,7 @@ def _second_order_correction(work, count):
             work.step[i] += work.qp.dual[w] * work.qp.columns[w, i]
 
 
-@kernel
+@inner
 def _try(design, t, u, length, work, penalty):
     """Evaluate at ``u + length * step`` and return the merit function there."""
     for i in range(u.shape[0]):
@@ -228,7 +228,7 @@ def _try(design, t, u, length, work, penalty):
     return _merit(work.trial_u, work.trial.gaps, penalty)
 
 
-@kernel
+@inner
 def _line_search(design, t, u, work, count, penalty, options):
     """Length of the step that lowers the merit function enough; 0 where there is none.
 
@@ -261,7 +261,7 @@ def _line_search(design, t, u, work, count, penalty, options):
     return 0.0
 
 
-@kernel
+@inner
 def _update_bfgs(design, t, u, work):
     """Powell's damped BFGS update of the Hessian with the accepted step (Nocedal & Wright 2006,
     18.3).
@@ -296,7 +296,7 @@ def _update_bfgs(design, t, u, work):
             work.hessian[i, j] += change[i] * change[j] / sy - bs[i] * bs[j] / sbs
 
 
-@kernel
+@inner
 def solve(design, t, u, count, work, options):
     """Minimise the strain energy of `design` with the target at `t`, from the shape `u`.
 
@@ -341,7 +341,7 @@ def solve(design, t, u, count, work, options):
     return _stalled(work, residual, options), count, options.iterations, residual
 
 
-@kernel
+@inner
 def _stalled(work, residual, options):
     """Status of a loop that came to a standstill: at a solution as good as rounding allows, or at
     none; infeasible where the finger still overlaps the target."""

@@ -4,9 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from entrance import entrance
 from scipy.optimize import linprog, minimize
 
 from fastncm.sqp import qp
+
+cholesky, solve_qp = entrance(qp.cholesky), entrance(qp.solve_qp)
 
 
 class Program(NamedTuple):
@@ -39,10 +42,10 @@ def solve(program: Program, warm: tuple[int, ...] = ()) -> Answer:
     n, constraints = len(program.linear), len(program.constant)
     work = qp.make_qp_work(n)
     work.factor[:] = program.hessian
-    assert qp.cholesky(work.factor, n)
+    assert cholesky(work.factor, n)
     working, ignored, d = np.zeros(n, np.int64), np.zeros(constraints, np.bool_), np.zeros(n)
     working[: len(warm)] = warm
-    status, count = qp.solve_qp(
+    status, count = solve_qp(
         program.linear, program.jacobian, program.constant, working, len(warm), work, ignored, d
     )
     multipliers = np.zeros(constraints)
@@ -247,9 +250,9 @@ def test_scaled_constraints(scale: float) -> None:
 
 
 def test_cholesky_refuses_an_indefinite_matrix() -> None:
-    assert not qp.cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]), 2)
-    assert not qp.cholesky(np.zeros((2, 2)), 2)
-    assert not qp.cholesky(np.array([[1.0, np.nan], [np.nan, 1.0]]), 2)
+    assert not cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]), 2)
+    assert not cholesky(np.zeros((2, 2)), 2)
+    assert not cholesky(np.array([[1.0, np.nan], [np.nan, 1.0]]), 2)
     factor = np.array([[4.0, 9.0], [2.0, 5.0]])
-    assert qp.cholesky(factor, 2)
+    assert cholesky(factor, 2)
     np.testing.assert_allclose(np.tril(factor), [[2.0, 0.0], [1.0, 2.0]])

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from entrance import entrance
 from tracing import BFGS, CIRCLE, CORNER, EXACT, lowered_scene, solved_path
 
 from fastncm.kernels import constants as c
@@ -13,7 +14,11 @@ from fastncm.path import rows
 from fastncm.path.careful import make_sqp
 from fastncm.sqp import design as model
 from fastncm.sqp import qp, status
-from fastncm.sqp.solve import Options, SqpWork, solve
+from fastncm.sqp import solve as sqp_solve
+from fastncm.sqp.solve import Options, SqpWork
+
+solve, cholesky = entrance(sqp_solve.solve), entrance(qp.cholesky)
+evaluate, hessian_of = entrance(model.evaluate), entrance(model.hessian)
 
 pytestmark = pytest.mark.compiled
 
@@ -155,7 +160,7 @@ def test_from_random_shapes(scene: str, size: float) -> None:
     feasible = set()
     for start in random_starts(size):
         contact = one_contact(scene, SHALLOW[scene], start=start)
-        model.evaluate(contact.design, contact.t, contact.u, contact.work.at)
+        evaluate(contact.design, contact.t, contact.u, contact.work.at)
         feasible.add(bool(contact.work.at.gaps[c.GAP].min() >= 0.0))
         contact.run()
         check_optimality(contact)
@@ -226,7 +231,7 @@ def numeric_hessian(contact: OneContact, feature: int) -> np.ndarray:
 def test_hessian_of_the_lagrangian(scene: str) -> None:
     contact = one_contact(scene, DEEP[scene]).run()
     out = np.zeros((ORDER, ORDER))
-    model.hessian(contact.design, contact.work.at, contact.work.multipliers, out)
+    hessian_of(contact.design, contact.work.at, contact.work.multipliers, out)
     expected = np.eye(ORDER)
     for k in np.flatnonzero(contact.work.multipliers):
         feature = int(contact.work.at.gaps[c.FEATURE, k])
@@ -238,11 +243,11 @@ def test_indefinite_hessian() -> None:
     """Pushed along its axis beyond the buckling load the Lagrangian's Hessian is indefinite at the
     start; the solution that is found is a minimum on the constraint's tangent all the same."""
     contact = one_contact(CIRCLE, DEEP[CIRCLE], start=np.eye(ORDER)[0] * -0.2)
-    model.evaluate(contact.design, contact.t, contact.u, contact.work.at)
+    evaluate(contact.design, contact.t, contact.u, contact.work.at)
     contact.work.multipliers[0] = 40.0
     hessian = np.zeros((ORDER, ORDER))
-    model.hessian(contact.design, contact.work.at, contact.work.multipliers, hessian)
-    assert not qp.cholesky(hessian.copy(), ORDER)
+    hessian_of(contact.design, contact.work.at, contact.work.multipliers, hessian)
+    assert not cholesky(hessian.copy(), ORDER)
     expected = one_contact(CIRCLE, DEEP[CIRCLE]).run()
     contact.run()
     check_optimality(contact)
@@ -256,7 +261,7 @@ def test_solution_is_a_minimum(scene: str, positions: dict[str, float]) -> None:
     contact = one_contact(scene, positions[scene]).run()
     (k,) = np.flatnonzero(contact.work.multipliers)
     hessian = np.zeros((ORDER, ORDER))
-    model.hessian(contact.design, contact.work.at, contact.work.multipliers, hessian)
+    hessian_of(contact.design, contact.work.at, contact.work.multipliers, hessian)
     tangent = np.linalg.svd(contact.work.at.jacobian[[k]])[2][1:]
     assert np.linalg.eigvalsh(tangent @ hessian @ tangent.T).min() > 0.0
 
