@@ -23,15 +23,15 @@ from fastncm.sqp.solve import solve
 #: one. Moves that are tried for one position, at most.
 _SHORTEST, _ROUNDING = 1e-7, 1e-13
 _SHORTER, _LONGER = 0.25, 2.0
-_MOST_MOVES = 400
+_MOST_MOVES = 2000
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
 #: A change of shape (share of the shape) that is small; and by how much (share of the change) the
 #: shape half-way may be off the middle: half of it is a jump. A finger that is hit head-on buckles
-#: from the straight shape with the square root of the way, 0.21 off.
+#: from the straight shape with the square root of the way, 0.21 off; and M points make kinks.
 _SMALL, _TINY = 0.1, 1e-4
-_OFF_MIDDLE, _OFF_FROM_STRAIGHT = 0.1, 0.25
+_OFF_MIDDLE, _OFF_AT_KINKS = 0.02, 0.25
 #: Stiffness of the active constraints, over the Hessian's largest entry, by which the stability
 #: along them is judged.
 _STIFF = 1e4
@@ -169,7 +169,8 @@ def _move(design, start, goal, spare, work, options):
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
         even = 0.5 * (spare.u_start[k] + spare.u[k])
         off = max(off, abs(spare.u_middle[k] - even))
-    most = _OFF_MIDDLE if size > 0.0 else _OFF_FROM_STRAIGHT
+    smooth = size > 0.0 and design.form == c.CLOSEST
+    most = _OFF_MIDDLE if smooth else _OFF_AT_KINKS
     return result, total, result == status.CONVERGED and off <= most * change
 
 

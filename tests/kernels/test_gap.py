@@ -13,6 +13,8 @@ from fastncm.kernels import gap
 
 closest_gap = entrance(gap.closest_gap)
 feature_gap = entrance(gap.feature_gap)
+several_count = entrance(gap.several_count)
+several_feature = entrance(gap.several_feature)
 store = entrance(gap.store)
 
 FOURTH_ORDER = ((-2, 1.0 / 12.0), (-1, -2.0 / 3.0), (1, 2.0 / 3.0), (2, -1.0 / 12.0))
@@ -218,6 +220,40 @@ def test_closest_gap_to_a_block(jaw: np.ndarray, pose: Pose) -> None:
         assert found >= min(distances[nearest], outside[0], outside[-1]) - spacing
         if jaw[0, c.RHO] >= 0.0 and 0 < nearest < len(curve) - 1:
             assert found >= distances[nearest] - spacing
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(jaws(), poses)
+def test_pairs_are_apart_where_edge_and_block_are(jaw: np.ndarray, pose: Pose) -> None:
+    """Against 4,000 points of a straight or concave edge; a convex arc has one pair."""
+    curve = pose.to_space(jaw_samples(jaw, 4001))
+    outside = np.maximum(pose.t - curve[:, 0], TARGET_Y - curve[:, 1])
+    spacing = np.hypot(*(curve[1] - curve[0]))
+    x, y, psi, t = pose
+    of_pose = (jaw, target_row(0.0), 0, t, x, y, np.cos(psi), np.sin(psi))
+    features = [
+        several_feature(c.BLOCK, k, *of_pose) for k in range(several_count(c.BLOCK, jaw, 0))
+    ]
+    smallest = min(feature_gap(feature, *of_pose)[c.GAP] for feature in features)
+    if jaw[0, c.RHO] > 0.0:
+        assert smallest == closest(c.BLOCK, jaw, 0.0, pose)[c.GAP]
+    elif outside.min() < -spacing or on_the_inside(curve, np.array([pose.t, TARGET_Y])):
+        assert smallest < 0.0
+    elif outside.min() > spacing:
+        assert smallest > 0.0
+
+
+def test_an_edge_flat_on_the_face_touches_at_both_ends() -> None:
+    jaw = JAWS["segment"]
+    lead = np.arctan2(0.15, 0.34)
+    psi = lead - 0.5 * np.pi
+    a = Pose(1.0, 0.1, psi, 1.0).to_space(np.array([[0.0, 0.18]]))[0]
+    x, y, cos, sin = 1.0, 0.1, np.cos(psi), np.sin(psi)
+    of_pose = (jaw, target_row(0.0), 0, a[0], x, y, cos, sin)
+    both = [several_feature(c.BLOCK, k, *of_pose) for k in range(3)]
+    assert both[:2] == [c.ON_EDGE, c.A_FACE]
+    for feature in both[:2]:
+        assert feature_gap(feature, *of_pose)[c.GAP] == pytest.approx(0.0, abs=1e-15)
 
 
 def test_held_feature_is_not_questioned() -> None:
