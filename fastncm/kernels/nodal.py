@@ -187,8 +187,8 @@ def place_axis(problem, state, size):
 
 @inlined
 def _is_at_corner(problem, d, x, y, g, nx, ny, curvature):
-    """Whether the point at `x`, `y` in the target's frame is nearest to a polygon's corner that is a
-    contact point itself."""
+    """Whether the point at `x`, `y` in the target's frame is nearest to a polygon's corner that is
+    a contact point itself."""
     if problem.shape != POLYGON or curvature == 0.0:
         return False
     for m in range(problem.points.shape[1]):

@@ -35,7 +35,7 @@ _ITERATIONS = 25
 _ROUNDS = 20
 #: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
 #: not trusted to have stayed on its branch while shorter moves can be tried.
-_LARGEST_TURN, _SAME_WAY = 0.5, 0.5
+_LARGEST_TURN, _SAME_WAY = 0.8, 0.5
 #: Slide (of the position) that settles which contacts slide and which stick.
 _SLIDE = 1e-3
 #: Smallest part of the friction by which it grows, where a finger was solved without.
