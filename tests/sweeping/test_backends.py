@@ -171,7 +171,7 @@ def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(tmp_path, alon
 def test_a_scheduler_that_falls_silent_is_given_up(tmp_path, alone, monkeypatch):
     """As one behind a network that was cut: no connection ends, and nothing comes any more."""
     monkeypatch.setattr(pools, "SILENT_SECONDS", 20.0)  # a worker's first task takes some
-    monkeypatch.setattr(backends.Pace, "rows_in_task", 12)
+    monkeypatch.setattr(backends, "HELD_BYTES", 0)  # eight tasks, then those that never come back
     out = tmp_path / "out"
     add = store.Store.add
     with started_cluster(tmp_path) as (address, processes):
