@@ -6,7 +6,7 @@ The branch that counts is the one that starts at first touch: `path.follow`.
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inner, kernel
+from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.points import constraint_count
@@ -31,7 +31,7 @@ from fastncm.path.trace import (
 from fastncm.path.walk import forget, remember
 from fastncm.sqp import status
 from fastncm.sqp.design import Design
-from fastncm.sqp.solve import Options, kkt_residual, make_work
+from fastncm.sqp.solve import Options, SqpWork, kkt_residual, make_work
 
 #: The error that is due to M points, over what the closed form's conditions lack: 0.5 to 7 for M
 #: from 10 to 400 on snapfit-circle, with either of the two point forms.
@@ -49,8 +49,7 @@ def most_constraints(problem):
     return most
 
 
-@driver
-def make_sqp(problem):
+def make_sqp(problem: Problem) -> SqpWork:
     """Workspace of the SQP for every design of the problem."""
     return make_work(mode_count(problem), problem.rule.weights.shape[0], most_constraints(problem))
 
@@ -183,46 +182,47 @@ def _note_end(problem, lanes, lane, i, reached, released, trace):
 
 
 @inner
-def _skip_blocked(problem, i, lanes, walk, blocked, going, trace):
+def _skip_blocked(problem, i, lanes, walk, trace):
     """Leave out the lanes whose way to position `i` leads beyond where they failed, in the sense
-    `blocked` (LANES,; 0: nowhere); their rows fail like the one before."""
+    ``walk.blocked`` (0: nowhere); their rows fail like the one before."""
     for lane in range(LANES):
         d = lanes.design[lane]
-        if not going[lane]:
-            blocked[lane] = 0.0
-        elif blocked[lane] * (problem.positions[d, i] - walk.t[lane]) > 0.0:
-            going[lane] = False
+        if not walk.going[lane]:
+            walk.blocked[lane] = 0.0
+        elif walk.blocked[lane] * (problem.positions[d, i] - walk.t[lane]) > 0.0:
+            walk.going[lane] = False
             trace.rows[d, i, rows.POSITION] = problem.positions[d, i]
             trace.rows[d, i, rows.STATUS] = trace.rows[d, i - 1, rows.STATUS]
 
 
 def trace_carefully(problem: Problem, options: Options, trace: Trace) -> None:
     """`_trace` with a workspace."""
-    _trace(problem, options, make_block(problem), trace)
+    modes, points = mode_count(problem), problem.rule.weights.shape[0]
+    spare = make_spare(modes, points)
+    _trace(problem, options, make_block(problem), make_sqp(problem), spare, trace)
 
 
-@driver
-def _trace(problem, options, block, trace):
+@kernel
+def _trace(problem, options, block, work, spare, trace):
     """Solve all positions of all designs by the SQP, in whatever form their constraints have.
 
     options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
     with a status.
     """
     designs, positions = problem.positions.shape
-    modes, points = mode_count(problem), problem.rule.weights.shape[0]
     lanes, walk, measuring = workspaces(problem, block)
-    work, spare = make_sqp(problem), make_spare(modes, points)
-    going, touching = np.zeros(LANES, np.bool_), np.zeros(LANES, np.bool_)
-    longest, blocked = np.full(LANES, LONGEST_MOVE), np.zeros(LANES)
+    for lane in range(LANES):
+        walk.room[lane] = LONGEST_MOVE
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            contact = begin_position(problem, i, lanes, walk, going, trace)
-            _skip_blocked(problem, i, lanes, walk, blocked, going, trace)
-            touching[:] = going
-            while aim(problem, i, longest, lanes, walk, going):
+            contact = begin_position(problem, i, lanes, walk, trace)
+            _skip_blocked(problem, i, lanes, walk, trace)
+            for lane in range(LANES):
+                walk.touching[lane] = walk.going[lane]
+            while aim(problem, i, lanes, walk):
                 for lane in range(LANES):
                     if lanes.active[lane]:
                         d = lanes.design[lane]
@@ -241,19 +241,19 @@ def _trace(problem, options, block, trace):
                         _note_end(problem, lanes, lane, i, reached, released, trace)
                         # what lies beyond a move that fails is not reached, either
                         there = lanes.t[lane] == problem.positions[d, i]
-                        going[lane] = lanes.good[lane] and not there
+                        walk.going[lane] = lanes.good[lane] and not there
                         ahead = np.sign(lanes.t[lane] - walk.t[lane])
-                        blocked[lane] = 0.0 if lanes.good[lane] else ahead
+                        walk.blocked[lane] = 0.0 if lanes.good[lane] else ahead
                 newton.refresh(problem, lanes)
                 remember(lanes, walk)
             for lane in range(LANES):
-                lanes.active[lane] = touching[lane]
-                if touching[lane]:
+                lanes.active[lane] = walk.touching[lane]
+                if walk.touching[lane]:
                     d = lanes.design[lane]
                     trace.rows[d, i, rows.POSITION] = problem.positions[d, i]
             for lane in range(LANES):
                 single = lanes.hold[lane] != AS_STORED
-                if touching[lane] and lanes.good[lane] and single:
+                if walk.touching[lane] and lanes.good[lane] and single:
                     if not is_genuine(problem, lanes, lane):
                         lanes.good[lane] = False
                         trace.rows[lanes.design[lane], i, rows.STATUS] = status.MAX_ITERATIONS

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
@@ -48,8 +48,7 @@ class Spare(NamedTuple):
     u_start: np.ndarray
 
 
-@driver
-def make_spare(modes, points):
+def make_spare(modes: int, points: int) -> Spare:
     """Room for one design."""
     return Spare(
         np.zeros((modes, points, LANES)),

@@ -6,8 +6,7 @@ once.
 
 import numpy as np
 
-from fastncm.kernels.cache import driver
-from fastncm.kernels.constants import LANES
+from fastncm.kernels.cache import kernel
 from fastncm.kernels.problem import Problem
 from fastncm.path.block import make_block, workspaces
 from fastncm.path.states import States, make_states, solve_all
@@ -16,16 +15,12 @@ from fastncm.path.trace import Trace, make_trace, trace_paths
 _NO_INDEX, _NO_POSITION = np.zeros(0, np.int64), np.zeros(0)
 
 
-@driver
+@kernel
 def _run_lanes(problem, tolerance, longest, block, trace, states):
     """Solve all positions of all designs where `trace` has room for them, and all `states`."""
     lanes, walk, measuring = workspaces(problem, block)
     if trace.rows.shape[0] > 0:
-        going, touching = np.zeros(LANES, np.bool_), np.zeros(LANES, np.bool_)
-        room = np.zeros(LANES)
-        trace_paths(
-            problem, tolerance, longest, lanes, walk, measuring, going, touching, room, trace
-        )
+        trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace)
     solve_all(problem, tolerance, lanes, measuring, states)
 
 

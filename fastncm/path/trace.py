@@ -84,7 +84,7 @@ def begin_block(problem, first, lanes):
 
 
 @inner
-def begin_position(problem, i, lanes, walk, going, trace):
+def begin_position(problem, i, lanes, walk, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
     An overlap within rounding (a path that starts at first touch) is no contact yet. A target that
@@ -92,7 +92,7 @@ def begin_position(problem, i, lanes, walk, going, trace):
 
     A position is approached from the last one solved, or, from the undeformed shape, from the place
     of first touch (for the first position: of a target that comes from beyond the tip): ``walk.t``.
-    going: (LANES,) bool, overwritten: the lanes with contact. Returns whether there are any.
+    The lanes with contact are left ``walk.going``. Returns whether there are any.
     """
     contact = False
     for lane in range(LANES):
@@ -100,7 +100,7 @@ def begin_position(problem, i, lanes, walk, going, trace):
         lanes.active[lane] = False
         lanes.hold[lane] = -1
         lanes.sticks[lane], lanes.side[lane] = False, 0.0
-        going[lane] = False
+        walk.going[lane] = False
         if d < 0:
             continue
         t = problem.positions[d, i]
@@ -133,43 +133,43 @@ def begin_position(problem, i, lanes, walk, going, trace):
                     if trace.ends[d, END_MU] == 0.0:
                         trace.ends[d, END_MU] = limit
                     continue
-        going[lane] = True
+        walk.going[lane] = True
         contact = True
     return contact
 
 
 @inner
-def aim(problem, i, longest, lanes, walk, going):
-    """Move the targets of the lanes that are `going` towards position `i`, in equal moves of at
-    most `longest` (LANES,). Returns whether any is."""
+def aim(problem, i, lanes, walk):
+    """Move the targets of the lanes that are ``walk.going`` towards position `i`, in equal moves of
+    at most ``walk.room``. Returns whether any is."""
     moving = False
     for lane in range(LANES):
-        lanes.active[lane] = going[lane]
-        if going[lane]:
+        lanes.active[lane] = walk.going[lane]
+        if walk.going[lane]:
             moving = True
             goal = problem.positions[lanes.design[lane], i]
             left = goal - walk.t[lane]
-            moves = np.ceil(abs(left) / longest[lane])
+            moves = np.ceil(abs(left) / walk.room[lane])
             lanes.t[lane] = goal if moves <= 1.0 else walk.t[lane] + left / moves
     return moving
 
 
 @inner
-def _go_on(problem, i, longest, lanes, walk, going, room):
-    """Which lanes are still `going` after a move to position `i`, and how long the next move may
+def _go_on(problem, i, longest, lanes, walk):
+    """Which lanes are still ``walk.going`` after a move to position `i`, and how long the next move may
     be."""
     for lane in range(LANES):
         if not lanes.active[lane]:
             continue
         if lanes.good[lane]:
-            going[lane] = lanes.t[lane] != problem.positions[lanes.design[lane], i]
-            room[lane] = min(_LONGER * room[lane], longest)
-        elif room[lane] > SHORTEST_MOVE:
+            walk.going[lane] = lanes.t[lane] != problem.positions[lanes.design[lane], i]
+            walk.room[lane] = min(_LONGER * walk.room[lane], longest)
+        elif walk.room[lane] > SHORTEST_MOVE:
             left = abs(problem.positions[lanes.design[lane], i] - walk.t[lane])
-            room[lane] = _SHORTER * min(room[lane], left)
+            walk.room[lane] = _SHORTER * min(walk.room[lane], left)
             walk.lost[lane] = False
         else:
-            going[lane] = False
+            walk.going[lane] = False
 
 
 @inner
@@ -246,11 +246,11 @@ def _snap_back(problem, lanes, walk, tolerance):
 
 
 @inner
-def trace_paths(problem, tolerance, longest, lanes, walk, measuring, going, touching, room, trace):
+def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, zeros on entry; going, touching: (LANES,) bool and room: (LANES,), workspace.
+    `Trace`, zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
     status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
@@ -263,12 +263,12 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, going, touc
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):
-            contact = begin_position(problem, i, lanes, walk, going, trace)
+            contact = begin_position(problem, i, lanes, walk, trace)
             for lane in range(LANES):
-                touching[lane] = going[lane]
-                room[lane] = longest
+                walk.touching[lane] = walk.going[lane]
+                walk.room[lane] = longest
             for _ in range(_MOST_MOVES):
-                if not aim(problem, i, room, lanes, walk, going):
+                if not aim(problem, i, lanes, walk):
                     break
                 predict(lanes, walk)
                 if lanes.rubs[0]:
@@ -283,11 +283,11 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, going, touc
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-                _go_on(problem, i, longest, lanes, walk, going, room)
+                _go_on(problem, i, longest, lanes, walk)
             for lane in range(LANES):
-                lanes.active[lane] = touching[lane]
-                if touching[lane] and lanes.good[lane]:
-                    lanes.good[lane] = not going[lane] and is_genuine(problem, lanes, lane)
+                lanes.active[lane] = walk.touching[lane]
+                if walk.touching[lane] and lanes.good[lane]:
+                    lanes.good[lane] = not walk.going[lane] and is_genuine(problem, lanes, lane)
             if contact:
                 rows.measure(problem, lanes, measuring)
                 store(i, lanes, measuring.row, trace)

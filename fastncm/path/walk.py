@@ -13,8 +13,12 @@ from fastncm.path.lanes import MOST
 #: likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
 #: contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
 #: friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
-#: lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended; busy:
-#: (LANES,) bool and w0, w1, r0, r1: (LANES,) workspace.
+#: lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended.
+#:
+#: Of the way to the next position: touching: (LANES,) bool, whether there is contact at it; going:
+#: bool, whether the target is still on its way; room: the longest next move; blocked: the sense in
+#: which nothing was found (`path.careful`). busy: (LANES,) bool and w0, w1, r0, r1: (LANES,)
+#: workspace.
 WALK = Layout(
     "Walk",
     MOST,
@@ -37,6 +41,10 @@ WALK = Layout(
         "rub": (NUMBER, (LANES,)),
         "sense": (NUMBER, (LANES,)),
         "lost": (FLAG, (LANES,)),
+        "going": (FLAG, (LANES,)),
+        "touching": (FLAG, (LANES,)),
+        "room": (NUMBER, (LANES,)),
+        "blocked": (NUMBER, (LANES,)),
         "busy": (FLAG, (LANES,)),
         "w0": (NUMBER, (LANES,)),
         "w1": (NUMBER, (LANES,)),

@@ -13,7 +13,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels import points as contact
 from fastncm.kernels import rod
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import store
 
@@ -56,8 +56,7 @@ class Evaluation(NamedTuple):
     force: np.ndarray
 
 
-@driver
-def make_evaluation(modes, quadrature_points, constraints):
+def make_evaluation(modes: int, quadrature_points: int, constraints: int) -> Evaluation:
     """Work arrays for one design."""
     return Evaluation(
         np.zeros((modes, LANES)),

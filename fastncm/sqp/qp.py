@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import inner
 
 #: Results of `solve_qp`.
 SOLVED, INCONSISTENT, CYCLING = 0, 1, 2
@@ -39,8 +39,7 @@ class QpWork(NamedTuple):
     dual: np.ndarray
 
 
-@driver
-def make_qp_work(n):
+def make_qp_work(n: int) -> QpWork:
     """A workspace for `n` unknowns."""
     return QpWork(
         np.zeros((n, n)),

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import inner
 from fastncm.sqp import design as model
 from fastncm.sqp import qp, status
 
@@ -58,8 +58,7 @@ class SqpWork(NamedTuple):
     ignored: np.ndarray
 
 
-@driver
-def make_work(modes, quadrature_points, constraints):
+def make_work(modes: int, quadrature_points: int, constraints: int) -> SqpWork:
     """A workspace of the loop."""
     return SqpWork(
         model.make_evaluation(modes, quadrature_points, constraints),
