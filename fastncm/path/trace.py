@@ -156,8 +156,8 @@ def aim(problem, i, lanes, walk):
 
 @inner
 def _go_on(problem, i, longest, lanes, walk):
-    """Which lanes are still ``walk.going`` after a move to position `i`, and how long the next move may
-    be."""
+    """Which lanes are still ``walk.going`` after a move to position `i`, and how long the next move
+    may be."""
     for lane in range(LANES):
         if not lanes.active[lane]:
             continue
