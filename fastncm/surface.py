@@ -15,7 +15,8 @@ from fastncm.kernels.nodal import AROUND, NodalProblem
 from fastncm.lowering import Scale, unique_rows
 from fastncm.path import surface_rows
 from fastncm.path.surface_friction import turn_forces
-from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, make_walk, trace_surfaces
+from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
+from fastncm.path.surface_way import make_walk
 from fastncm.scene import CaseGroup, Scene
 from fastncm.surface_touch import first_touches
 

@@ -4,25 +4,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import inlined, inner, kernel
+from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.nodal import (
-    Nodal,
     NodalProblem,
     contact_direction,
-    make_nodal,
     place_axis,
-    place_point,
-    place_surface,
 )
 from fastncm.path import surface_rows as rows
-from fastncm.path.surface_predict import Strides, forget, make_strides, predict, remember
+from fastncm.path.surface_predict import forget, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
+from fastncm.path.surface_way import (
+    arrive,
+    base_overlap,
+    copy_state,
+    has_jumped,
+    is_free,
+    on_the_way,
+    set_goal,
+    stays_free,
+    step_on,
+    straighten,
+)
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
 from fastncm.sqp.surface_state import (
     ROUNDING,
-    SurfaceWork,
-    make_surface_work,
     mean_deflection,
 )
 
@@ -33,15 +39,10 @@ _LONGEST_MOVE, _SHORTEST_SHARE = 0.1, 1e-4
 _ITERATIONS = 25
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
-#: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
-#: not trusted to have stayed on its branch while shorter moves can be tried.
-_LARGEST_TURN, _SAME_WAY = 0.8, 0.5
 #: Slide (of the position) that settles which contacts slide and which stick.
 _SLIDE = 1e-3
 #: Smallest part of the friction by which it grows, where a finger was solved without.
 _LEAST_FRICTION = 0.01
-#: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
-_TOUCH = 1e-3
 #: What is known of the finger at the position before: nothing, that it is free, its contact.
 _LOST, _FREE, _TOUCHING = range(3)
 #: Farthest (finger lengths) that a target is moved aside to come from a place without contact.
@@ -78,192 +79,6 @@ def make_surface_trace(problem: NodalProblem, shapes: bool) -> SurfaceTrace:
     )
 
 
-class Walk(NamedTuple):
-    """One finger on its way.
-
-    work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
-    kept: the last solved state, strides: those before. place: (3,) of the target there, base: (1,)
-    direction of the finger's base; move: (3,) from there to the goal, by what the target itself
-    moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
-    the contact force in the last solved state; clear: (1,) how far the target is from the straight
-    finger, at least, where there is none.
-    """
-
-    work: SurfaceWork
-    straight: Nodal
-    kept: Nodal
-    strides: Strides
-    deepest: np.ndarray
-    place: np.ndarray
-    base: np.ndarray
-    move: np.ndarray
-    turn: np.ndarray
-    push: np.ndarray
-    clear: np.ndarray
-
-
-def make_walk(problem: NodalProblem) -> Walk:
-    """Room for a walk."""
-    nodes = len(problem.arc)
-    return Walk(
-        make_surface_work(problem),
-        make_nodal(problem),
-        make_nodal(problem),
-        make_strides(nodes, nodes + 1 + problem.points.shape[1]),
-        np.ones(1, np.int64),
-        np.zeros(3),
-        np.zeros(1),
-        np.zeros(3),
-        np.zeros(1),
-        np.zeros(2),
-        np.zeros(1),
-    )
-
-
-@inlined
-def _copy_state(source, target):
-    for i in range(source.psi.shape[0]):
-        target.psi[i], target.gamma[i] = source.psi[i], source.gamma[i]
-    for k in range(source.force.shape[0]):
-        target.force[k], target.shear[k] = source.force[k], source.shear[k]
-        target.along[k], target.stuck[k] = source.along[k], source.stuck[k]
-        target.anchor_x[k], target.anchor_y[k] = source.anchor_x[k], source.anchor_y[k]
-        target.px[k], target.py[k], target.node[k] = source.px[k], source.py[k], source.node[k]
-        target.seen_x[k], target.seen_y[k], target.seen[k] = (
-            source.seen_x[k],
-            source.seen_y[k],
-            source.seen[k],
-        )
-
-
-@inner
-def _straighten(walk):
-    """Back to the finger without contact."""
-    for state in (walk.work.state, walk.kept):
-        _copy_state(walk.straight, state)
-    walk.work.size[0] = walk.straight.psi.shape[0] - 1
-    walk.push[0], walk.push[1] = 0.0, 0.0
-    forget(walk.strides)
-
-
-@inner
-def is_free(problem, d, x, y, angle, walk):
-    """True where the undeformed finger does not overlap the target, its clamped section left out.
-
-    Then there is no contact: straight is the minimum of the energy. The point that was deepest the
-    last time is looked at first.
-    """
-    straight = walk.straight
-    turn_sin, turn_cos = np.sin(angle), np.cos(angle)
-    if problem.nodes_touch and walk.deepest[0] < problem.arc.shape[0] + 1:
-        place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
-        if straight.gap[walk.deepest[0]] < -ROUNDING:
-            return False
-    place_surface(problem, d, x, y, angle, straight, 0.0)
-    for k in range(1, straight.gap.shape[0]):
-        if straight.gap[k] < straight.gap[walk.deepest[0]]:
-            walk.deepest[0] = k
-    return straight.gap[walk.deepest[0]] >= -ROUNDING
-
-
-@inner
-def _stays_free(problem, d, walk):
-    """Move the target along ``walk.move`` until it is about to touch the straight finger.
-
-    Each stride is as long as the distance allows (conservative advancement; B. Mirtich,
-    "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
-    comes to the end without.
-    """
-    reach = problem.arm[d] + 1.0 + abs(problem.offset[d, 0])
-    speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
-    speed += abs(walk.turn[0]) * reach
-    left = 1.0 if speed > 0.0 else 0.0
-    while walk.clear[0] <= speed * left and left > 0.0:
-        share = max(walk.clear[0] - 0.5 * _TOUCH, 0.0) / speed
-        left -= share
-        _step_on(problem, d, walk, share)
-        x, y, angle = walk.place[0], walk.place[1], walk.place[2]
-        place_surface(problem, d, x, y, angle, walk.straight, _TOUCH)
-        walk.clear[0] = np.inf
-        for k in range(1, walk.straight.gap.shape[0]):
-            walk.clear[0] = min(walk.clear[0], walk.straight.gap[k])
-        if walk.clear[0] <= _TOUCH:
-            walk.clear[0] = 0.0
-            return False
-    walk.clear[0] -= speed * left
-    return True
-
-
-@inner
-def _base_overlap(problem, d, x, y, angle, straight):
-    """How deep the side of the clamped section lies in the target."""
-    place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
-    return -straight.gap[0]
-
-
-@inlined
-def _turned(x, y, angle):
-    """The vector `x`, `y` turned by `angle`."""
-    if angle == 0.0:
-        return x, y
-    sin, cos = np.sin(angle), np.cos(angle)
-    return cos * x - sin * y, sin * x + cos * y
-
-
-@inlined
-def _set_goal(problem, d, walk, goal, base):
-    """The move from ``walk.place`` to `goal`, (3,) in the frame of a base of the direction `base`:
-    the base turns about its pivot while the target goes straight on in space."""
-    arm, turn = problem.arm[d], base - walk.base[0]
-    x, y = _turned(arm + goal[0], goal[1], turn)
-    walk.move[0], walk.move[1] = x - (arm + walk.place[0]), y - walk.place[1]
-    walk.move[2], walk.turn[0] = goal[2] - walk.place[2], turn
-
-
-@inlined
-def _arrive(walk, goal, base):
-    """The target is at the `goal`, to the last digit."""
-    for c in range(3):
-        walk.place[c] = goal[c]
-    walk.base[0] = base
-
-
-@inlined
-def _on_the_way(problem, d, walk, share):
-    """Placement ``(x, y, angle)`` of the target at `share` of the move."""
-    arm = problem.arm[d]
-    x = arm + walk.place[0] + share * walk.move[0]
-    y = walk.place[1] + share * walk.move[1]
-    x, y = _turned(x, y, -share * walk.turn[0])
-    return x - arm, y, walk.place[2] + share * walk.move[2]
-
-
-@inlined
-def _step_on(problem, d, walk, share):
-    """Take `share` of the move: ``walk.place`` and the rest of the move, in the base's new frame.
-
-    The move keeps its length, that of the whole.
-    """
-    walk.place[0], walk.place[1], walk.place[2] = _on_the_way(problem, d, walk, share)
-    walk.base[0] += share * walk.turn[0]
-    walk.move[0], walk.move[1] = _turned(walk.move[0], walk.move[1], -share * walk.turn[0])
-
-
-@inner
-def _has_jumped(problem, walk):
-    """Whether the solved state seems to lie on another branch than the last one: the finger has
-    turned far, or the contact force has; the first one pushes away from the side that touches."""
-    state, kept, push = walk.work.state, walk.kept, walk.push
-    for i in range(1, state.psi.shape[0]):
-        if abs(state.psi[i] - kept.psi[i]) > _LARGEST_TURN:
-            return True
-    fx, fy = state.fx[1], state.fy[1]
-    if push[0] == 0.0 and push[1] == 0.0:
-        return fy > 0.0 if problem.left else fy < 0.0
-    size = np.sqrt((fx * fx + fy * fy) * (push[0] * push[0] + push[1] * push[1]))
-    return fx * push[0] + fy * push[1] < _SAME_WAY * size
-
-
 @inner
 def _solve_move(problem, d, walk, share, mu, tolerance):
     """Solve with the target at `share` of the move, from the last solved state.
@@ -271,7 +86,7 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     Returns ``(status, iterations)``.
     """
     work, state = walk.work, walk.work.state
-    x, y, angle = _on_the_way(problem, d, walk, share)
+    x, y, angle = on_the_way(problem, d, walk, share)
     motion = (x - walk.place[0], y - walk.place[1], angle - walk.place[2])
     work.rubs[0] = mu > 0.0
     if mu > 0.0:
@@ -309,19 +124,19 @@ def _approach(problem, d, walk, mu, tolerance, trace):
         total += count
         trace.solves[0] += 1
         solved = result == status.CONVERGED
-        if solved and careful and 0.25 * share >= _SHORTEST_SHARE and _has_jumped(problem, walk):
+        if solved and careful and 0.25 * share >= _SHORTEST_SHARE and has_jumped(problem, walk):
             solved, jumped = False, True
         if solved:
             remember(walk.strides, walk.kept, move, share)
-            _copy_state(work.state, walk.kept)
+            copy_state(work.state, walk.kept)
             walk.push[0], walk.push[1] = work.state.fx[1], work.state.fy[1]
             left -= share
-            _step_on(problem, d, walk, share)
+            step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
             share *= 2.0
             continue
-        _copy_state(walk.kept, work.state)
+        copy_state(walk.kept, work.state)
         forget(walk.strides)
         share *= 0.25
         if share < _SHORTEST_SHARE:
@@ -346,13 +161,13 @@ def _rub(problem, d, walk, tolerance):
         result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
         total += count
         if result == status.CONVERGED:
-            _copy_state(state, walk.kept)
+            copy_state(state, walk.kept)
             share += step
             if share == 1.0:
                 return result, total
             step = min(2.0 * step, 1.0 - share)
             continue
-        _copy_state(walk.kept, state)
+        copy_state(walk.kept, state)
         step *= 0.25
         if step < _LEAST_FRICTION:
             return result, total
@@ -379,7 +194,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
         if result != status.CONVERGED:
             return result, total
         grip(state)
-        _copy_state(state, walk.kept)
+        copy_state(state, walk.kept)
     forget(walk.strides)
     result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     return result, total + count
@@ -446,7 +261,7 @@ def _store_shape(problem, d, i, state, trace):
 def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
     """Solve position `i` with the target coming from beside the finger: how it came here along the
     path is not known. Returns ``(status, iterations)``."""
-    _straighten(walk)
+    straighten(walk)
     walk.base[0] = problem.base[d, i]
     side = 1.0 if problem.left else -1.0
     if not _set_aside(problem, d, goal, side, walk):
@@ -468,23 +283,23 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
     goal, base = problem.placement[d, i], problem.base[d, i]
     result, iterations = status.MAX_ITERATIONS, 0
     if known == _FREE:
-        _set_goal(problem, d, walk, goal, base)
-        if _stays_free(problem, d, walk):
-            _arrive(walk, goal, base)
+        set_goal(problem, d, walk, goal, base)
+        if stays_free(problem, d, walk):
+            arrive(walk, goal, base)
             return status.NO_CONTACT, 0
     if known != _LOST:
-        _set_goal(problem, d, walk, goal, base)
+        set_goal(problem, d, walk, goal, base)
         result, iterations = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
     if result != status.CONVERGED and not is_free(problem, d, goal[0], goal[1], goal[2], walk):
         result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
         iterations += count
-        _arrive(walk, goal, base)
+        arrive(walk, goal, base)
         return result, iterations
     if result != status.CONVERGED or (walk.push[0] == 0.0 and walk.push[1] == 0.0):
-        _straighten(walk)
+        straighten(walk)
         walk.clear[0] = 0.0
         result = status.NO_CONTACT
-    _arrive(walk, goal, base)
+    arrive(walk, goal, base)
     return result, iterations
 
 
@@ -501,15 +316,15 @@ def trace_surfaces(problem, walk, tolerance, trace):
         for k in range(walk.straight.seen.shape[0]):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
-        _straighten(walk)
+        straighten(walk)
         known = _LOST
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
             row = trace.rows[d, i]
-            overlap = _base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
+            overlap = base_overlap(problem, d, goal[0], goal[1], goal[2], walk.straight)
             if overlap > ROUNDING:
                 _free_row(problem, d, i, status.INFEASIBLE, overlap, row)
-                _straighten(walk)
+                straighten(walk)
                 known = _LOST
                 continue
             result, iterations = _solve_position(problem, d, i, known, walk, tolerance, trace)

@@ -20,7 +20,7 @@ from fastncm.sqp.flexibility import Chain, make_chain
 pytestmark = interpreted
 N = 9
 PLACE = (0.55, -0.42, 0.3)
-SQUARE = [[-0.1, -0.06], [0.1, -0.06], [0.1, 0.06], [-0.1, 0.06]]
+SQUARE = [[-0.06, -0.06], [0.06, -0.06], [0.06, 0.06], [-0.06, 0.06]]
 POINTS = {"solver.contact": "points-on-target", "solver.points": 24}
 PLANE = {
     "target.shape": "half-plane",

@@ -1,0 +1,213 @@
+"""One finger in direct contact on its way: where the target is, where it goes, what it meets.
+
+The base turns about its pivot while the target goes straight on in space, so that in the base's
+frame, where the finger is solved, the target comes on an arc.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.nodal import (
+    Nodal,
+    NodalProblem,
+    make_nodal,
+    place_point,
+    place_surface,
+)
+from fastncm.path.surface_predict import Strides, forget, make_strides
+from fastncm.sqp.surface_state import ROUNDING, SurfaceWork, make_surface_work
+
+#: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
+#: not trusted to have stayed on its branch while shorter moves can be tried.
+_LARGEST_TURN, _SAME_WAY = 0.8, 0.5
+#: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
+_TOUCH = 1e-3
+
+
+class Walk(NamedTuple):
+    """One finger on its way.
+
+    work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
+    kept: the last solved state, strides: those before. place: (3,) of the target there, base: (1,)
+    direction of the finger's base; move: (3,) from there to the goal, by what the target itself
+    moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
+    the contact force in the last solved state; clear: (1,) how far the target is from the straight
+    finger, at least, where there is none.
+    """
+
+    work: SurfaceWork
+    straight: Nodal
+    kept: Nodal
+    strides: Strides
+    deepest: np.ndarray
+    place: np.ndarray
+    base: np.ndarray
+    move: np.ndarray
+    turn: np.ndarray
+    push: np.ndarray
+    clear: np.ndarray
+
+
+def make_walk(problem: NodalProblem) -> Walk:
+    """Room for a walk."""
+    nodes = len(problem.arc)
+    return Walk(
+        make_surface_work(problem),
+        make_nodal(problem),
+        make_nodal(problem),
+        make_strides(nodes, nodes + 1 + problem.points.shape[1]),
+        np.ones(1, np.int64),
+        np.zeros(3),
+        np.zeros(1),
+        np.zeros(3),
+        np.zeros(1),
+        np.zeros(2),
+        np.zeros(1),
+    )
+
+
+@inlined
+def copy_state(source, target):
+    """Copy all that a solve begins with: angles, forces, stick and slip, what was seen where."""
+    for i in range(source.psi.shape[0]):
+        target.psi[i], target.gamma[i] = source.psi[i], source.gamma[i]
+    for k in range(source.force.shape[0]):
+        target.force[k], target.shear[k] = source.force[k], source.shear[k]
+        target.along[k], target.stuck[k] = source.along[k], source.stuck[k]
+        target.anchor_x[k], target.anchor_y[k] = source.anchor_x[k], source.anchor_y[k]
+        target.px[k], target.py[k], target.node[k] = source.px[k], source.py[k], source.node[k]
+        target.seen_x[k], target.seen_y[k], target.seen[k] = (
+            source.seen_x[k],
+            source.seen_y[k],
+            source.seen[k],
+        )
+
+
+@inner
+def straighten(walk):
+    """Back to the finger without contact."""
+    for state in (walk.work.state, walk.kept):
+        copy_state(walk.straight, state)
+    walk.work.size[0] = walk.straight.psi.shape[0] - 1
+    walk.push[0], walk.push[1] = 0.0, 0.0
+    forget(walk.strides)
+
+
+@inner
+def is_free(problem, d, x, y, angle, walk):
+    """True where the undeformed finger does not overlap the target, its clamped section left out.
+
+    Then there is no contact: straight is the minimum of the energy. The point that was deepest the
+    last time is looked at first.
+    """
+    straight = walk.straight
+    turn_sin, turn_cos = np.sin(angle), np.cos(angle)
+    if problem.nodes_touch and walk.deepest[0] < problem.arc.shape[0] + 1:
+        place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
+        if straight.gap[walk.deepest[0]] < -ROUNDING:
+            return False
+    place_surface(problem, d, x, y, angle, straight, 0.0)
+    for k in range(1, straight.gap.shape[0]):
+        if straight.gap[k] < straight.gap[walk.deepest[0]]:
+            walk.deepest[0] = k
+    return straight.gap[walk.deepest[0]] >= -ROUNDING
+
+
+@inner
+def stays_free(problem, d, walk):
+    """Move the target along ``walk.move`` until it is about to touch the straight finger.
+
+    Each stride is as long as the distance allows (conservative advancement; B. Mirtich,
+    "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
+    comes to the end without.
+    """
+    reach = problem.arm[d] + 1.0 + abs(problem.offset[d, 0])
+    speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
+    speed += abs(walk.turn[0]) * reach
+    left = 1.0 if speed > 0.0 else 0.0
+    while walk.clear[0] <= speed * left and left > 0.0:
+        share = max(walk.clear[0] - 0.5 * _TOUCH, 0.0) / speed
+        left -= share
+        step_on(problem, d, walk, share)
+        x, y, angle = walk.place[0], walk.place[1], walk.place[2]
+        place_surface(problem, d, x, y, angle, walk.straight, _TOUCH)
+        walk.clear[0] = np.inf
+        for k in range(1, walk.straight.gap.shape[0]):
+            walk.clear[0] = min(walk.clear[0], walk.straight.gap[k])
+        if walk.clear[0] <= _TOUCH:
+            walk.clear[0] = 0.0
+            return False
+    walk.clear[0] -= speed * left
+    return True
+
+
+@inner
+def base_overlap(problem, d, x, y, angle, straight):
+    """How deep the side of the clamped section lies in the target."""
+    place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
+    return -straight.gap[0]
+
+
+@inlined
+def _turned(x, y, angle):
+    """The vector `x`, `y` turned by `angle`."""
+    if angle == 0.0:
+        return x, y
+    sin, cos = np.sin(angle), np.cos(angle)
+    return cos * x - sin * y, sin * x + cos * y
+
+
+@inlined
+def set_goal(problem, d, walk, goal, base):
+    """The move from ``walk.place`` to `goal`, (3,) in the frame of a base of the direction `base`:
+    the base turns about its pivot while the target goes straight on in space."""
+    arm, turn = problem.arm[d], base - walk.base[0]
+    x, y = _turned(arm + goal[0], goal[1], turn)
+    walk.move[0], walk.move[1] = x - (arm + walk.place[0]), y - walk.place[1]
+    walk.move[2], walk.turn[0] = goal[2] - walk.place[2], turn
+
+
+@inlined
+def arrive(walk, goal, base):
+    """The target is at the `goal`, to the last digit."""
+    for c in range(3):
+        walk.place[c] = goal[c]
+    walk.base[0] = base
+
+
+@inlined
+def on_the_way(problem, d, walk, share):
+    """Placement ``(x, y, angle)`` of the target at `share` of the move."""
+    arm = problem.arm[d]
+    x = arm + walk.place[0] + share * walk.move[0]
+    y = walk.place[1] + share * walk.move[1]
+    x, y = _turned(x, y, -share * walk.turn[0])
+    return x - arm, y, walk.place[2] + share * walk.move[2]
+
+
+@inlined
+def step_on(problem, d, walk, share):
+    """Take `share` of the move: ``walk.place`` and the rest of the move, in the base's new frame.
+
+    The move keeps its length, that of the whole.
+    """
+    walk.place[0], walk.place[1], walk.place[2] = on_the_way(problem, d, walk, share)
+    walk.base[0] += share * walk.turn[0]
+    walk.move[0], walk.move[1] = _turned(walk.move[0], walk.move[1], -share * walk.turn[0])
+
+
+@inner
+def has_jumped(problem, walk):
+    """Whether the solved state seems to lie on another branch than the last one: the finger has
+    turned far, or the contact force has; the first one pushes away from the side that touches."""
+    state, kept, push = walk.work.state, walk.kept, walk.push
+    for i in range(1, state.psi.shape[0]):
+        if abs(state.psi[i] - kept.psi[i]) > _LARGEST_TURN:
+            return True
+    fx, fy = state.fx[1], state.fy[1]
+    if push[0] == 0.0 and push[1] == 0.0:
+        return fy > 0.0 if problem.left else fy < 0.0
+    size = np.sqrt((fx * fx + fy * fy) * (push[0] * push[0] + push[1] * push[1]))
+    return fx * push[0] + fy * push[1] < _SAME_WAY * size
