@@ -17,7 +17,7 @@ import pandas as pd
 from support import atlas_grids, atlas_pictures, atlas_runs, markdown_table, read_table, write_table
 from support.atlas_runs import extremes
 
-JAW_SCENES = 1000
+JAW_SCENES = 400
 """Scenes of each of the six kinds of jaws; 17,000 are 100,000 in all."""
 SIDE_SCENES = 300
 """Scenes of each of the four kinds of direct contact."""

@@ -44,6 +44,8 @@ VOID_GAP = 1.0
 #: Angle up to which an edge counts as flat on a side of the block, so that it may touch in two
 #: places.
 FLAT = 0.05
+#: Height above the underside (finger lengths) up to which a corner of the jaw counts as under it.
+UNDER = 1e-9
 
 # --- forms of the contact constraints ------------------------------------------------------------
 CLOSEST, POINTS_ON_FINGER, POINTS_ON_TARGET = 0, 1, 2

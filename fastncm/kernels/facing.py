@@ -49,7 +49,8 @@ def arc_faces(jaw, d, nx, ny, cos, sin):
 @inlined
 def edge_feature(jaw, target, d, t, x, y, cos, sin):
     """The block's corner over the edge, where the edge's normal points into the block and the
-    corner of one that has a back has not gone behind the return face.
+    corner has gone neither beyond corner a, which is then under the block, nor, if the block has a
+    back, behind the return face.
 
     Where the normal points past the block, a corner of the jaw touches first; but close to that the
     edge is flat on a side of the block, and both ends of their contact count.
@@ -60,6 +61,9 @@ def edge_feature(jaw, target, d, t, x, y, cos, sin):
     ax = cos * (t - x) + sin * (py - y) - jaw[d, c.AX]
     ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
     if target[d, c.TARGET_LENGTH] > 0.0 and jaw[d, c.TRX] * ay > jaw[d, c.TRY] * ax:
+        return c.VOID
+    below = py - y - sin * jaw[d, c.AX] - cos * jaw[d, c.AY]
+    if x + cos * jaw[d, c.AX] - sin * jaw[d, c.AY] > t and below >= -c.UNDER:
         return c.VOID
     nx, ny, size = -jaw[d, c.TAY], jaw[d, c.TAX], 1.0
     if jaw[d, c.RHO] < 0.0:

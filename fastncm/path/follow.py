@@ -27,11 +27,13 @@ _MOST_MOVES = 2000
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
+#: How much more energy (of its share by the way there) a snap releases than a smooth way does.
+_FALL = 4.0
 #: A change of shape (share of the shape) that is small; and by how much (share of the change) the
 #: shape half-way may be off the middle: half of it is a jump. A finger that is hit head-on buckles
-#: from the straight shape with the square root of the way, 0.21 off; and M points make kinks.
+#: with the square root of the way, 0.21 off.
 _SMALL, _TINY = 0.1, 1e-4
-_OFF_MIDDLE, _OFF_AT_KINKS = 0.02, 0.25
+_OFF_MIDDLE = 0.25
 #: Stiffness of the active constraints, over the Hessian's largest entry, by which the stability
 #: along them is judged.
 _STIFF = 1e4
@@ -73,8 +75,7 @@ def approach(design, start, stop, spare, work, options):
     """
     t, room, reached, released = start, stop - start, stop, 0.0
     shortest = max(_SHORTEST * abs(room), _ROUNDING * (1.0 + abs(start)))
-    total = 0
-    result = status.MAX_ITERATIONS
+    total, result = 0, status.MAX_ITERATIONS
     for _ in range(_MOST_MOVES):
         left = stop - t
         whole = abs(left) <= abs(room)
@@ -88,7 +89,7 @@ def approach(design, start, stop, spare, work, options):
             whole = goal == stop
             if followed:
                 result = status.CONVERGED
-            if released == 0.0:
+            if followed and released == 0.0:
                 reached, released = t, fallen
         if followed:
             _copy(spare.u, spare.u_start)
@@ -132,8 +133,10 @@ def _snap(design, start, stop, shortest, spare, work, options):
         work.multipliers[:] = 0.0
         result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
         total += iterations
-        fallen = _energy(spare.u_start) - _energy(spare.u)
-        if result == status.CONVERGED and fallen > 0.0 and _is_stable(design, work):
+        before = _energy(spare.u_start)
+        fallen = before - _energy(spare.u)
+        least = _FALL * _SHORTEST * reach * before
+        if result == status.CONVERGED and fallen > least and _is_stable(design, work):
             return goal, fallen, total
     return start, 0.0, total
 
@@ -168,9 +171,7 @@ def _move(design, start, goal, spare, work, options):
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
         even = 0.5 * (spare.u_start[k] + spare.u[k])
         off = max(off, abs(spare.u_middle[k] - even))
-    smooth = size > 0.0 and design.form == c.CLOSEST
-    most = _OFF_MIDDLE if smooth else _OFF_AT_KINKS
-    return result, total, result == status.CONVERGED and off <= most * change
+    return result, total, result == status.CONVERGED and off <= _OFF_MIDDLE * change
 
 
 @inner
