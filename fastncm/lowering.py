@@ -221,6 +221,5 @@ def _first_contact(kind: int, jaw: Array, target: Array, start: Array, stop: Arr
         return start
     reach = np.hypot(jaw[:, [c.AX, c.BX]], jaw[:, [c.AY, c.BY]]).max(axis=1)
     far = 1.0 + reach + 2.0 * np.abs(jaw[:, c.RHO]) + target[:, c.TARGET_RADIUS]
-    touch = np.empty(len(start))
-    first_touches(kind, jaw, target, np.maximum(far, stop + 1e-3), stop, touch)
+    touch = first_touches(kind, jaw, target, np.maximum(far, stop + 1e-3), stop)
     return np.where(missing, touch, start)

@@ -14,7 +14,8 @@ from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
 from fastncm.path.run import solve_states
-from fastncm.path.states import States, locate_touches, make_states
+from fastncm.path.states import States, make_states
+from fastncm.path.touch import locate_touches
 from fastncm.path.trace import Trace
 from fastncm.sqp import status
 
@@ -58,8 +59,7 @@ def _touches(
     before, after = problem.positions[design, interval], problem.positions[design, interval + 1]
     if kind == rows.RELEASE:
         before, after = after, before
-    t = np.empty(len(design))
-    locate_touches(problem, design, before, after, t)
+    t = locate_touches(problem, design, before, after)
     states = make_states(design, t, np.full(len(t), -1), trace.shapes.shape[2])
     if not len(t):
         return states

@@ -13,7 +13,8 @@ import numpy as np
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.path import rows
 from fastncm.path.run import solve_states, trace_lanes
-from fastncm.path.states import States, locate_touches, make_states
+from fastncm.path.states import States, make_states
+from fastncm.path.touch import locate_touches
 from fastncm.path.trace import (
     END_ENERGY,
     END_MU,
@@ -80,9 +81,7 @@ def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:
     free = trace.rows[d, before, rows.STATUS] != status.CONVERGED
     touching = problem.positions[d, row]
     clear = np.where(row > 0, start, touching + _FAR)
-    touch = np.empty(len(d))
-    locate_touches(problem, d, clear, touching, touch)
-    return np.where(free, touch, start)
+    return np.where(free, locate_touches(problem, d, clear, touching), start)
 
 
 def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) -> States:

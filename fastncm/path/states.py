@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fastncm.kernels.cache import driver, inner
+from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows
-from fastncm.path.touch import locate_touch
 from fastncm.path.trace import NEWTON_STEPS
 
 
@@ -104,10 +103,3 @@ def solve_all(problem, tolerance, lanes, measuring, states):
         newton.rates(lanes)
         rows.measure(problem, lanes, measuring)
         _unload(states, first, lanes, measuring.row)
-
-
-@driver
-def locate_touches(problem, design, free, touching, out):
-    """`path.touch.locate_touch` for S designs. design: (S,) int64; free, touching, out: (S,)."""
-    for i in range(out.shape[0]):
-        out[i] = locate_touch(problem, design[i], free[i], touching[i])

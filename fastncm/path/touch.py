@@ -5,9 +5,14 @@ is admissible. So whether a position has contact, and where contact begins and e
 the gap of the undeformed finger alone: nothing is solved.
 """
 
+import numpy as np
+
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inlined, inner, kernel
 from fastncm.kernels.points import smallest_gap
+from fastncm.kernels.problem import Problem
+
+Array = np.ndarray
 
 #: How far from the ends of its bracket a trial stays (share of the position and a finger length);
 #: trials at most: twelve are usual; a bracket that does not shrink is halved every fourth time.
@@ -17,13 +22,13 @@ _TRIALS = 240
 _TOUCHING = 1e-9
 
 
-@inlined
+@inner
 def undeformed_gap(problem, d, t):
     """Smallest gap of the undeformed finger of design `d` with the target at `t`."""
     return _gap(problem.form, problem.points, problem.kind, problem.jaw, problem.target, d, t)
 
 
-@inlined
+@inner
 def _gap(form, points, kind, jaw, target, d, t):
     return smallest_gap(form, points, kind, jaw, target, d, t, 1.0, 0.0, 1.0, 0.0)
 
@@ -43,7 +48,7 @@ def is_inside(problem, d, t):
     return problem.form == c.CLOSEST and undeformed_gap(problem, d, t) > _TOUCHING
 
 
-@inlined
+@inner
 def _locate(form, points, kind, jaw, target, d, free, touching):
     """By the Illinois variant of the false position: of an end that stays twice the gap is
     halved."""
@@ -96,8 +101,28 @@ def first_touch(kind, jaw, target, d, far, stop):
 
 
 @kernel
-def first_touches(kind, jaw, target, far, stop, out):
-    """`first_touch` of D designs. jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); far, stop,
-    out: (D,)."""
-    for d in range(out.shape[0]):
-        out[d] = first_touch(kind, jaw, target, d, far[d], stop[d])
+def _find(searching, form, points, kind, jaw, target, design, start, stop, out):
+    """`first_touch` where it is still to be found (`searching`), else `locate_touch`: one function,
+    so that the gap is compiled once for both."""
+    for i in range(out.shape[0]):
+        d = design[i]
+        if searching:
+            out[i] = first_touch(kind, jaw, target, d, start[i], stop[i])
+        else:
+            out[i] = _locate(form, points, kind, jaw, target, d, start[i], stop[i])
+
+
+def first_touches(kind: int, jaw: Array, target: Array, far: Array, stop: Array) -> Array:
+    """`first_touch` of D designs, (D,). jaw: (D, JAW_COLUMNS); target: (D, TARGET_COLUMNS); far,
+    stop: (D,)."""
+    out, design = np.empty(len(far)), np.arange(len(far))
+    _find(True, c.CLOSEST, 0, kind, jaw, target, design, far, stop, out)
+    return out
+
+
+def locate_touches(problem: Problem, design: Array, free: Array, touching: Array) -> Array:
+    """`locate_touch` for S designs, (S,). design: (S,) int64; free, touching: (S,)."""
+    out = np.empty(len(design))
+    form, points, kind = problem.form, problem.points, problem.kind
+    _find(False, form, points, kind, problem.jaw, problem.target, design, free, touching, out)
+    return out
