@@ -23,7 +23,7 @@ from fastncm.sqp.solve import solve
 #: one. Moves that are tried for one position, at most.
 _SHORTEST, _ROUNDING = 1e-7, 1e-13
 _SHORTER, _LONGER = 0.25, 2.0
-_MOST_MOVES = 2000
+_MOST_MOVES = 200
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
