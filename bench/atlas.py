@@ -19,8 +19,6 @@ from support.atlas_runs import extremes
 
 JAW_SCENES = 500
 """Scenes of each of the six kinds of jaws; 17,000 are 100,000 in all."""
-SHOT_SCENES = 80
-"""Scenes of each kind of jaws that are compared with shooting."""
 SIDE_SCENES = 300
 """Scenes of each of the four kinds of direct contact."""
 FINER_SCENES = 40
@@ -67,9 +65,7 @@ def run_jaws(kind: str) -> pd.DataFrame:
     found = []
     for block, count in _blocks(JAW_SCENES):
         last = atlas_runs.last_rows(atlas_runs.run_block(kind, block, count))
-        if block == 0:
-            some = last.sort_values("index", ignore_index=True).head(SHOT_SCENES)
-            shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, block, some))
+        shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, block, last))
         columns = ["index", "error", "rounding", "found", "judge"]
         found.append(last.merge(shot[columns], on="index", how="left"))
         print(kind, block, last["status"].value_counts().to_dict(), flush=True)
