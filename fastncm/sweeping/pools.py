@@ -1,5 +1,6 @@
 """Workers for the tasks of a sweep: processes, threads, or a Dask cluster, all through joblib."""
 
+import functools
 import multiprocessing
 import warnings
 from collections.abc import Generator, Iterable, Iterator
@@ -91,17 +92,22 @@ def _client(workers: Workers) -> Iterator[Any]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except (OSError, ValueError) as error:  # TimeoutError is an OSError
             raise SweepError(f"no Dask cluster with workers answers at {address}") from error
+        # joblib asks for the workers before each wave, and by itself waits for ever
+        client.ncores = functools.partial(
+            client.sync, client.scheduler.ncores, callback_timeout=SILENT_SECONDS
+        )
         yield client
 
 
 def received(parallel: Parallel, calls: Iterable[object]) -> Generator[Any, None, None]:
     """The results of the calls as they come in."""
-    results = parallel(calls)
+    results: Any = (nothing for nothing in range(0))
     try:
+        results = parallel(calls)
         yield from results
     except BrokenProcessPool as error:
         raise WorkersLost("a worker process died (out of memory?)") from error
-    except multiprocessing.TimeoutError as error:  # joblib's; none of Python's own
+    except (multiprocessing.TimeoutError, TimeoutError) as error:  # joblib's, and the client's
         # to connect once more would wait for ever where the scheduler's machine is frozen
         silent = f"nothing came back from the cluster for {SILENT_SECONDS:.0f} s"
         raise SweepError(silent) from error
