@@ -106,21 +106,9 @@ def solve_chunk(
     groups = tabulate(scene, columns)
     total = sum(len(group.rows) for group in groups)
     cases = {
-        "status": np.empty(total, dtype=np.int64),
-        "peak_force_N": np.empty(total),
-        "peak_position": np.empty(total),
-        "max_strain": np.empty(total),
-        "insertion_work_J": np.empty(total),
-        "retention_force_N": np.empty(total),
-        "withdrawal_work_J": np.empty(total),
-        "hysteresis_J": np.empty(total),
-        "error_estimate": np.empty(total),
-        "positions": np.empty(total, dtype=np.int64),
-        "iterations": np.empty(total, dtype=np.int64),
-        "advice": np.empty(total, dtype=np.int64),
+        name: np.empty(total, dtype=np.int64 if name in names.WHOLE else np.float64)
+        for name in names.case_columns(scene, columns)
     }
-    if not (scene.path.withdraw or "path.withdraw" in columns):
-        cases = {name: column for name, column in cases.items() if name not in names.WITHDRAWAL}
     sentences = list(status.ADVICE)
     parts: list[dict[str, Array]] = []
     shape_paths, solves, compiled = 0, 0, 0.0

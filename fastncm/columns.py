@@ -1,5 +1,7 @@
 """The columns of the tables that people read: their units, and how a trace's rows become them."""
 
+from collections.abc import Container
+
 import numpy as np
 
 from fastncm.lowering import Lowered
@@ -14,6 +16,7 @@ from fastncm.path.friction import (
     turned_forces,
 )
 from fastncm.path.trace import END_POSITION
+from fastncm.scene import Scene
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -36,6 +39,8 @@ CASE_UNITS = {
 
 #: Columns of the way out.
 WITHDRAWAL = ("retention_force_N", "withdrawal_work_J", "hysteresis_J")
+#: Columns of whole numbers; words are held as their places in a list.
+WHOLE = ("status", "positions", "iterations", "advice")
 
 #: Column of a curve to its unit.
 CURVE_UNITS = {
@@ -109,6 +114,13 @@ def curve_columns(table: Array, lowered: Lowered, chosen: Array, design: Array) 
         "error_estimate": where(solved, picked[:, :, rows.ESTIMATE]),
     }
     return {name: np.ascontiguousarray(values).ravel() for name, values in columns.items()}
+
+
+def case_columns(scene: Scene, varied: Container[str]) -> list[str]:
+    """The columns of the cases table for cases of `scene` that vary the names `varied`: those of
+    the way out only where some case has one."""
+    withdraws = scene.path.withdraw or "path.withdraw" in varied
+    return [name for name in CASE_UNITS if withdraws or name not in WITHDRAWAL]
 
 
 def advice(

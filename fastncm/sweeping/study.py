@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from fastncm.columns import CASE_UNITS, WITHDRAWAL
+from fastncm.columns import WITHDRAWAL, case_columns
 from fastncm.errors import SceneError
 from fastncm.scene import Scene, tabulate
 from fastncm.scene.kinds import is_number
@@ -118,10 +118,9 @@ class Study:
         return case_keys(tabulate(self.scene, self.cases.columns(case_ids)))
 
     def _check_report(self) -> None:
-        withdraws = self.scene.path.withdraw or "path.withdraw" in self.axes
-        unused = TEXT_COLUMNS if withdraws else TEXT_COLUMNS + WITHDRAWAL
-        known = [*self.axes, *(name for name in CASE_UNITS if name not in unused)]
-        if self.report.column in WITHDRAWAL and not withdraws:
+        columns = case_columns(self.scene, self.axes)
+        known = [*self.axes, *(name for name in columns if name not in TEXT_COLUMNS)]
+        if self.report.column in WITHDRAWAL and self.report.column not in columns:
             raise _at(
                 "report.column",
                 SceneError(f"{self.report.column} is there only where path.withdraw is true"),
