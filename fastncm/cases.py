@@ -9,6 +9,7 @@ import numpy as np
 
 from fastncm import columns as names
 from fastncm.errors import SceneError
+from fastncm.first_use import prepare
 from fastncm.lowering import Lowered, lower
 from fastncm.lowering import scale_only_names as jaw_scale_only_names
 from fastncm.path import reduce
@@ -85,6 +86,7 @@ def solve_cases(scene: Scene, frame: "pd.DataFrame") -> "pd.DataFrame":
     import pandas as pd  # workers of a sweep start without it
 
     columns = {str(name): frame[name].to_numpy() for name in frame.columns}
+    prepare(scene)
     result = solve_chunk(scene, columns, count=len(frame))
     table = pd.DataFrame({**columns, **result.cases}, index=frame.index)
     table.attrs.update(shape_paths=result.shape_paths, solves=result.solves)

@@ -11,6 +11,7 @@ import pandas as pd
 
 from fastncm.columns import CURVE_UNITS, advice, curve_columns
 from fastncm.curve_base import Curve, Peak, checked_positions
+from fastncm.first_use import prepare
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
 from fastncm.lowering import Lowered, lower
@@ -47,6 +48,7 @@ def solve(scene: Scene, positions: Sequence[float] | Array | None = None) -> Cur
     """
     if positions is not None:
         positions = checked_positions(scene, positions)
+    prepare(scene)
     if scene.jaw is None:
         return solve_surface(scene, positions)
     group = tabulate(scene, {})[0]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fastncm.first_use import SQP, announce
 from fastncm.kernels import constants as c
 from fastncm.kernels.basis import grade
 from fastncm.kernels.problem import Problem, mode_count
@@ -144,6 +145,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
         designs = np.flatnonzero(_failed(trace) & (problem.mu == 0.0))
         if len(designs):
+            announce(SQP)
             again = _select(problem, designs)
             second = _room(again, constraints)
             trace_carefully(again, options, second)

@@ -30,7 +30,6 @@ def solve(options: argparse.Namespace) -> int:
     scene = load_scene(options.scene).replace(settings(options.set))
     check_file(options.out, "--out", OUT_SUFFIXES)
     check_file(options.plot, "--plot", PLOT_SUFFIXES)
-    output.announce_compiling(scene)
 
     from fastncm.curve import solve as solve_curve
     from fastncm.sweeping.read import GOOD_STATUS

@@ -1,6 +1,5 @@
 """What the commands print and write."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fastncm.curve import Curve
-    from fastncm.scene import Scene
 
 SHOWN_ROWS = 16
 SHOWN_COLUMNS = (
@@ -21,14 +19,6 @@ SHOWN_COLUMNS = (
     "max_strain",
     "error_estimate",
 )
-
-
-def announce_compiling(scene: "Scene") -> None:
-    """Say so where the first solve of such a scene has to compile."""
-    from fastncm.kernels.cache import is_cold
-
-    if is_cold(scene.jaw is not None):
-        print("compiling the solver (first use only, one to three minutes) ...", file=sys.stderr)
 
 
 def print_curve(curve: "Curve") -> None:

@@ -70,11 +70,10 @@ def cache_directory() -> Path:
     raise OSError(f"no writable folder for compiled code; tried {', '.join(map(str, roots))}")
 
 
-def is_cold(jaw: bool) -> bool:
-    """True where the next solve has to compile first: no machine code of this version on disk for
-    fingers with a jaw, or for direct contact."""
-    entry = "_run_lanes" if jaw else "trace_surfaces"
-    return not JIT_OFF and not any(cache_directory().glob(f"*.{entry}-*.nbi"))
+def is_compiled(entry: str) -> bool:
+    """True where machine code of the function `entry` ("module.function", one that Python calls) is
+    on disk, or none is wanted."""
+    return JIT_OFF or any(cache_directory().glob(f"{entry}-*.nbi"))
 
 
 class _KernelLocator(_CacheLocator):

@@ -10,6 +10,7 @@ import numpy as np
 
 from fastncm.kernels.basis import BEYOND, Profile, Quadrature
 from fastncm.kernels.cache import inner, kernel
+from fastncm.kernels.constants import CIRCLE, CLOSEST, JAW_COLUMNS, TARGET_COLUMNS
 
 
 class Problem(NamedTuple):
@@ -37,6 +38,29 @@ class Problem(NamedTuple):
     kind: int
     form: int
     points: int
+
+
+def no_designs() -> Problem:
+    """A problem without designs, of the types that all have: compiled code may be made with it."""
+    order, points = 1 + BEYOND, 1
+    number, table = np.zeros(0), np.zeros((0, order))
+    return Problem(
+        rule=Quadrature(np.zeros(points), np.zeros(points), np.zeros((points, points))),
+        profile=Profile(
+            np.zeros((0, order, points)), table, np.zeros((0, 0, points)), table, table
+        ),
+        profile_of=np.zeros(0, np.int64),
+        ratio=number,
+        shear_stiffness=number,
+        printed_section=0,
+        jaw=np.zeros((0, JAW_COLUMNS)),
+        target=np.zeros((0, TARGET_COLUMNS)),
+        mu=number,
+        positions=np.zeros((0, 0)),
+        kind=CIRCLE,
+        form=CLOSEST,
+        points=0,
+    )
 
 
 @kernel

@@ -14,7 +14,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from fastncm.errors import SweepError
-from fastncm.kernels.cache import is_cold
+from fastncm.first_use import prepare
 from fastncm.sweeping.backends import finished_tasks
 from fastncm.sweeping.folder import begin, claim, is_complete, make_folders
 from fastncm.sweeping.identity import solver_version
@@ -94,6 +94,7 @@ def sweep(
         if earlier is not None:
             manifest.seconds, manifest.checksums = earlier.seconds, earlier.checksums
         stock = begin(storage, study, manifest)
+        prepare(study.scene)
         resumed = int(stock.done.sum())
         _run(storage, study, manifest, stock, workers)
     return _summary(storage, study.report, resumed, stock)
@@ -130,7 +131,6 @@ def _run(
         with closing(blocks):  # what is still in work where the run ends is given up
             for block in blocks:
                 store.add(block)
-                bar.set_description(study.name, refresh=False)
                 bar.set_postfix(failed=manifest.failed, refresh=False)
                 bar.update(block.rows)
         store.flush()
@@ -142,9 +142,7 @@ def _progress(study: Study, manifest: Manifest) -> tqdm:
     return tqdm(
         total=study.cases.size,
         initial=manifest.received,
-        desc="compiling (first use only, minutes)"
-        if is_cold(study.scene.jaw is not None)
-        else study.name,
+        desc=study.name,
         unit=" cases",
         unit_scale=True,
         mininterval=0.1 if sys.stderr.isatty() else 5.0,
