@@ -1,6 +1,7 @@
 """Solving lowered problems: the order that the tolerance needs, and the SQP for what the lanes
 leave over."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
+from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
 from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace
 from fastncm.sqp import status
@@ -29,6 +31,8 @@ _FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
 _LAST_RESORT = 8
 #: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
 _CHUNK = 512
+#: What of a trace grows with its rows.
+_LARGE = ("rows", "shapes", "multipliers")
 #: The KKT residual must be this much smaller than the tolerance of the force ...
 _ALGEBRAIC_SHARE = 1e-2
 #: ... within these limits: tighter is rounding; looser makes rates inexact, and a step more or
@@ -63,24 +67,40 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
     What a design's order is depends on that design alone, so that a table does not depend on how
     its cases were divided into chunks.
     """
+    memory = _Memory()
     for chunk in _chunks(lowered):
         rubs = lowered.mu[chunk] > 0.0
         # apart: without friction there is less to do, and the last digit is another one
-        yield from _solve_chunk(lowered, chunk[~rubs])
-        yield from _solve_chunk(lowered, chunk[rubs])
+        yield from _solve_chunk(lowered, chunk[~rubs], memory)
+        yield from _solve_chunk(lowered, chunk[rubs], memory)
 
 
-def _solve_chunk(lowered: Lowered, pending: Array) -> Iterator[Solved]:
+class _Memory:
+    """The large arrays of a trace, one chunk after the other in the same place: the system takes
+    longer to find fresh memory than the solver to fill it."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Array] = {}
+
+    def take(self, name: str, shape: tuple[int, ...]) -> Array:
+        """An array with anything in it."""
+        size = math.prod(shape)
+        if name not in self._arrays or self._arrays[name].size < size:
+            self._arrays[name] = np.empty(size)
+        return self._arrays[name][:size].reshape(shape)
+
+
+def _solve_chunk(lowered: Lowered, pending: Array, memory: _Memory) -> Iterator[Solved]:
     """`solve_paths` of the designs `pending` (D,), all with friction or all without."""
     solver = lowered.scene.solver
     order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
     while len(pending):
         problem = lowered.problem(order, pending)
-        trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+        trace, truncation = _trace(problem, solver.rtol, solver.hessian == "exact", memory)
         _mark_direction(trace, lowered.direction[pending], lowered.turn)
         accepted = np.ones(len(pending), dtype=bool)
         if solver.order == "auto" and order < c.MAX_ORDER:
-            accepted = _truncation(trace) <= solver.rtol
+            accepted = truncation <= solver.rtol
         if accepted.all():
             yield Solved(pending, order, problem, trace)
             break
@@ -115,19 +135,11 @@ def _first_order(rtol: float) -> int:
     return next((order for limit, order in _FIRST_ORDERS if rtol >= limit), _LAST_RESORT)
 
 
-def _truncation(trace: Trace) -> Array:
-    """Largest estimate of each design's rows without the part that more modes cannot mend."""
-    table = trace.rows
-    other = rows.ALGEBRAIC * table[:, :, rows.RESIDUAL] + rows.FORCE_ROUNDING
-    other += table[:, :, rows.DISCRETE]
-    solved = table[:, :, rows.STATUS] == status.CONVERGED
-    largest: Array = np.where(solved, table[:, :, rows.ESTIMATE] - other, 0.0).max(axis=1)
-    return largest
+def _trace(problem: Problem, rtol: float, exact: bool, memory: _Memory) -> tuple[Trace, Array]:
+    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must be.
 
-
-def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
-    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must
-    be."""
+    Returns the trace, and each design's largest estimate of what its order leaves out, (D,).
+    """
     tolerance = kkt_tolerance(rtol)
     options = Options(
         tolerance=tolerance,
@@ -138,28 +150,28 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         shortest=1e-8,
     )
     constraints = most_constraints(problem)
-    trace = _room(problem, constraints)
+    positions = problem.positions.shape[1]
     if problem.form != c.CLOSEST or not exact:
+        trace = make_trace(*_room(problem, constraints))
         trace_carefully(problem, options, trace)
+        seen = review(trace.rows, positions)
     else:
+        trace = _dirty_trace(memory, *_room(problem, constraints))
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
-        designs = np.flatnonzero(_failed(trace) & (problem.mu == 0.0))
+        seen = review(trace.rows, positions)
+        designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & (problem.mu == 0.0))
         if len(designs):
             announce(SQP)
             again = _select(problem, designs)
-            second = _room(again, constraints)
+            second = make_trace(*_room(again, constraints))
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
+            seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST:
-        locate_events(problem, tolerance, trace)
+        locate_events(problem, tolerance, trace, seen)
         explain_ends(problem, tolerance, trace)
-    return trace
-
-
-def _failed(trace: Trace) -> Array:
-    """The designs (D,) with a row that is not solved."""
-    worst: Array = trace.rows[:, :, rows.STATUS].max(axis=1)
-    return worst > status.NO_CONTACT
+    events = review(trace.rows, positions, first=positions)
+    return trace, np.maximum(seen.truncation, events.truncation)
 
 
 def _replace(trace: Trace, second: Trace, designs: Array) -> None:
@@ -172,12 +184,24 @@ def _replace(trace: Trace, second: Trace, designs: Array) -> None:
     trace.solves[0] += second.solves[0]
 
 
-def _room(problem: Problem, constraints: int) -> Trace:
+def _room(problem: Problem, constraints: int) -> tuple[int, int, int, int, int]:
+    """Sizes of the trace of a problem, as `make_trace` takes them."""
     designs, positions = problem.positions.shape
     sense = np.sign(np.diff(problem.positions, axis=1))
     turns = int((sense[:, 1:] * sense[:, :-1] < 0.0).sum(axis=1).max(initial=0))
     events = min(EVENTS * (1 + turns), max(EVENTS, positions))
-    return make_trace(designs, positions, mode_count(problem), constraints, events)
+    return designs, positions, mode_count(problem), constraints, events
+
+
+def _dirty_trace(
+    memory: _Memory, designs: int, positions: int, modes: int, constraints: int, events: int
+) -> Trace:
+    """`make_trace` for what clears it itself."""
+    none = make_trace(0, positions, modes, constraints, events)
+    sizes = {name: (designs, *getattr(none, name).shape[1:]) for name in _LARGE}
+    return make_trace(designs, 0, 0, 0, 0)._replace(
+        **{name: memory.take(name, shape) for name, shape in sizes.items()}
+    )
 
 
 def _select(problem: Problem, designs: Array) -> Problem:

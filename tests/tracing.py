@@ -12,6 +12,7 @@ from fastncm.lowering import Lowered, lower
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints, trace_carefully
 from fastncm.path.events import locate_events
+from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
 from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace
 from fastncm.scene import load_scene, tabulate
@@ -81,7 +82,9 @@ def solved_path(
     trace = make_trace(1, problem.positions.shape[1], modes, most_constraints(problem))
     if options is None:
         trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
-        locate_events(problem, LANE_TOLERANCE, trace)
+        locate_events(
+            problem, LANE_TOLERANCE, trace, review(trace.rows, problem.positions.shape[1])
+        )
     else:
         trace_carefully(problem, options, trace)
     return Solved(lowered, problem, trace)

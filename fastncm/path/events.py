@@ -13,6 +13,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.problem import Problem
 from fastncm.path import rows
 from fastncm.path.boundary import boundary
+from fastncm.path.review import BEGINS, CHANGES, ENDS, Review
 from fastncm.path.run import solve_states
 from fastncm.path.states import States, make_states
 from fastncm.path.touch import locate_touches
@@ -31,23 +32,19 @@ _LAST_STEP = 1e-9
 _TIGHT = 1e-12
 
 
-def locate_events(problem: Problem, tolerance: float, trace: Trace) -> None:
+def locate_events(problem: Problem, tolerance: float, trace: Trace, seen: Review) -> None:
     """Locate the events of all designs of a solved trace, and write their rows behind its
-    positions."""
+    positions. seen: its `review`."""
     positions = problem.positions.shape[1]
     tolerance = min(tolerance, _TIGHT)
-    state = trace.rows[:, :positions, rows.STATUS]
-    feature = trace.rows[:, :positions, rows.FEATURE]
-    free, touching = state == status.NO_CONTACT, state == status.CONVERGED
-    begins, ends = free[:, :-1] & touching[:, 1:], touching[:, :-1] & free[:, 1:]
-    single = touching & (feature < rows.SEVERAL)
-    sliding = trace.rows[:, :positions, rows.STICKING] == 0.0
-    single &= sliding
-    changed = single[:, :-1] & single[:, 1:] & (feature[:, :-1] != feature[:, 1:])
+    begins, ends, changes = (
+        (seen.design[seen.event == event], seen.interval[seen.event == event])
+        for event in (BEGINS, ENDS, CHANGES)
+    )
     found = [
-        _touches(problem, tolerance, trace, rows.TOUCH, *np.nonzero(begins)),
-        _touches(problem, tolerance, trace, rows.RELEASE, *np.nonzero(ends)),
-        *_changes(problem, tolerance, trace, positions, *np.nonzero(changed)),
+        _touches(problem, tolerance, trace, rows.TOUCH, *begins),
+        _touches(problem, tolerance, trace, rows.RELEASE, *ends),
+        *_changes(problem, tolerance, trace, positions, *changes),
     ]
     _append(trace, positions, [states for states in found if len(states.t)])
 

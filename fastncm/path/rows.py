@@ -24,17 +24,30 @@ from fastncm.path import frictionless, rubbing
 from fastncm.path.lanes import MOST
 
 # --- columns of a row ----------------------------------------------------------------------------
+# What is looked at of every row comes first: it shares a line of the cache.
 (
-    POSITION,
     STATUS,
     KIND,
     INTERVAL,
+    FEATURE,
+    STICKING,
+    ESTIMATE,
+    RESIDUAL,
+    DISCRETE,
+    POSITION,
+    DIRECTION,
     FORCE,
     FORCE_RATE,
     NORMAL_X,
     NORMAL_Y,
     NORMAL_X_RATE,
     NORMAL_Y_RATE,
+    RUB,
+    RUB_RATE,
+    SIDE,
+    ITERATIONS,
+    STRAIN,
+    ENERGY,
     CONTACT_X,
     CONTACT_Y,
     CONTACT_X_RATE,
@@ -42,21 +55,10 @@ from fastncm.path.lanes import MOST
     TIP_X,
     TIP_Y,
     TIP_ANGLE,
-    ENERGY,
-    STRAIN,
-    RESIDUAL,
-    ESTIMATE,
-    ITERATIONS,
-    FEATURE,
     CONTACTS,
-    RUB,
-    RUB_RATE,
-    SIDE,
-    STICKING,
-    DIRECTION,
-    DISCRETE,
 ) = range(30)
-COLUMNS = 30
+#: Two of them are free, so that every row begins with a line of the cache.
+COLUMNS = 32
 
 # RUB: friction force along t = (-ny, nx), n the normal; SIDE: friction over normal force where the
 # contact slides (signed), else 0; STICKING: contacts that stick; DIRECTION: sense of the target's

@@ -84,6 +84,20 @@ def begin_block(problem, first, lanes):
 
 
 @inner
+def _clear(first, trace):
+    """Zero what the designs from `first` on have in the trace."""
+    for d in range(first, min(first + LANES, trace.rows.shape[0])):
+        for i in range(trace.rows.shape[1]):
+            for column in range(rows.COLUMNS):
+                trace.rows[d, i, column] = 0.0
+            for k in range(trace.shapes.shape[2]):
+                trace.shapes[d, i, k] = 0.0
+        for i in range(trace.multipliers.shape[1]):
+            for k in range(trace.multipliers.shape[2]):
+                trace.multipliers[d, i, k] = 0.0
+
+
+@inner
 def begin_position(problem, i, lanes, walk, trace):
     """Find the lanes with contact at position `i` and where they come from; write the others' rows.
 
@@ -250,7 +264,7 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, zeros on entry.
+    `Trace`, whose rows, shapes and multipliers are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
     status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
@@ -260,6 +274,7 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
     designs, positions = problem.positions.shape
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
+        _clear(first, trace)
         for lane in range(LANES):
             forget(walk, lane, 0.0)
         for i in range(positions):

@@ -13,6 +13,7 @@ from fastncm.lowering import lower
 from fastncm.path import rows
 from fastncm.path.careful import most_constraints
 from fastncm.path.events import locate_events
+from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
 from fastncm.path.trace import LONGEST_MOVE, make_trace
 from fastncm.scene import load_scene, tabulate
@@ -275,7 +276,9 @@ def test_each_design_is_solved_alone() -> None:
         problem = lowered.problem(6, designs)
         trace = make_trace(len(designs), problem.positions.shape[1], 6, 1)
         trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
-        locate_events(problem, LANE_TOLERANCE, trace)
+        locate_events(
+            problem, LANE_TOLERANCE, trace, review(trace.rows, problem.positions.shape[1])
+        )
         if everything is None:
             everything = trace.rows
         for column in (rows.STATUS, rows.KIND, rows.INTERVAL, rows.FEATURE):
@@ -307,7 +310,9 @@ def test_no_change_of_feature_goes_without_its_event(scene: str) -> None:
         problem = lower(group).problem(6, np.arange(count))
         trace = make_trace(count, steps, 6, most_constraints(problem))
         trace_lanes(problem, LANE_TOLERANCE, LONGEST_MOVE, trace)
-        locate_events(problem, LANE_TOLERANCE, trace)
+        locate_events(
+            problem, LANE_TOLERANCE, trace, review(trace.rows, problem.positions.shape[1])
+        )
         at_positions = trace.rows[:, :steps]
         solved &= (at_positions[:, 1:, rows.STATUS] == status.CONVERGED).all(axis=1)
         changes = (np.diff(at_positions[:, 1:, rows.FEATURE]) != 0.0).sum(axis=1)
