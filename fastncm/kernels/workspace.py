@@ -11,6 +11,7 @@ layout.over()`` and reads ``workspace.name`` like the attribute of a named tuple
 is only worked out where it is used.
 """
 
+import math
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -101,7 +102,7 @@ def _round_up(size: int) -> int:
 
 
 def _extent(behind: tuple[tuple[int, tuple[str, ...]], ...], sizes: dict[str, int]) -> int:
-    return sum(unit * int(np.prod([sizes[name] for name in names])) for unit, names in behind)
+    return sum(unit * math.prod([sizes[name] for name in names]) for unit, names in behind)
 
 
 def _over_in_python(layout: Layout, first: int) -> Callable[..., Any]:

@@ -144,7 +144,7 @@ def _walk_to_change(
     for _ in range(_STEPS):
         if not len(pending):
             break
-        moving = _some(states, pending)
+        moving = states if len(pending) == len(goal) else _some(states, pending)
         solve_states(problem, tolerance, moving)
         pose = moving.row[:, [rows.TIP_X, rows.TIP_Y, rows.TIP_ANGLE]]
         d = moving.design
@@ -155,11 +155,13 @@ def _walk_to_change(
         move = -e / np.where(slope == 0.0, np.nan, slope)
         reach = 4.0 * np.abs(far[pending] - near[pending])
         keep = moving.good & (np.abs(move) < reach)  # False for NaN
-        moving.t[keep] += move[keep]
-        moving.force[keep] += move[keep] * moving.row[keep, rows.FORCE_RATE]
-        moving.u[keep] += move[keep, None] * moving.u_rate[keep]
-        for mine, new in ((states.t, moving.t), (states.force, moving.force), (states.u, moving.u)):
-            mine[pending] = new
+        move = np.where(keep, move, 0.0)
+        moving.t[:] += move
+        moving.force[:] += move * moving.row[:, rows.FORCE_RATE]
+        moving.u[:] += move[:, None] * moving.u_rate
+        if moving is not states:
+            for mine, new in zip(states, moving, strict=True):
+                mine[pending] = new
         share = (moving.t - near[pending]) / (far[pending] - near[pending])
         there = keep & (np.abs(move) <= _LAST_STEP)
         located[pending[there]] = ((-_LAST_STEP < share) & (share < 2.0))[there]

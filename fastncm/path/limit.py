@@ -44,6 +44,8 @@ _FAR = 64.0
 def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     """Give the failed rows of a solved trace with friction the status NO_EQUILIBRIUM, and say in
     ``trace.ends`` where their branch ended and why."""
+    if not (problem.mu > 0.0).any():
+        return
     positions = problem.positions.shape[1]
     failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
     failed &= problem.mu[:, None] > 0.0
