@@ -11,7 +11,7 @@ from fastncm.kernels.basis import grade
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.lowering import Lowered
 from fastncm.path import rows
-from fastncm.path.careful import most_constraints, trace_carefully
+from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
 from fastncm.path.run import trace_lanes
@@ -101,7 +101,7 @@ def _chunks(lowered: Lowered) -> Iterator[Array]:
 def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
     """Write the sense of the target's motion (D,) into all rows; it turns back after row `turn`."""
     trace.rows[:, :, rows.DIRECTION] = direction[:, None]
-    if turn >= trace.multipliers.shape[1] - 1:
+    if turn >= trace.contacts.shape[1] - 1:
         return
     place = np.arange(trace.rows.shape[1])
     interval = trace.rows[:, :, rows.INTERVAL]
@@ -142,7 +142,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
         trace_carefully(problem, options, trace)
     else:
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
-        designs = np.flatnonzero(_failed(trace) & (problem.mu == 0.0))
+        designs = np.flatnonzero(_failed(trace) & can_be_careful(problem))
         if len(designs):
             again = _select(problem, designs)
             second = _room(again, constraints)
@@ -150,7 +150,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
             _replace(trace, second, designs)
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace)
-        explain_ends(problem, tolerance, trace)
+        explain_ends(problem, options, trace)
     return trace
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
+from fastncm.path import several
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
 from fastncm.sqp.solve import solve
@@ -62,13 +63,13 @@ def make_spare(modes: int, points: int) -> Spare:
 
 
 @inner
-def approach(design, start, stop, spare, work, options):
+def approach(design, mu, start, stop, spare, work, rubbing, options):
     """Follow the shape ``spare.u_start`` from the target's position `start` to `stop`; the solution
-    is left in ``spare.u`` and ``spare.u_start``.
+    is left in ``spare.u`` and ``spare.u_start``, and with friction in ``rubbing.kept``.
 
     A move counts where the solution changes little, or evenly. Where the branch ends (a limit
     point, an edge that slips off a corner) the finger snaps to what the SQP finds from there, if
-    that has less energy.
+    that has less energy; with friction (`path.several`) what follows is not looked for.
 
     Returns ``(status, reached, released, iterations)``: the last position of the branch from
     `start`, which is `stop` unless it ended, and the energy that the snap released there (0: none).
@@ -80,9 +81,14 @@ def approach(design, start, stop, spare, work, options):
         left = stop - t
         whole = abs(left) <= abs(room)
         goal = stop if whole else t + room
-        result, iterations, followed = _move(design, t, goal, spare, work, options)
+        if mu > 0.0:
+            result, iterations, followed = _slide(
+                design, mu, t, goal, spare, work, rubbing, options
+            )
+        else:
+            result, iterations, followed = _move(design, t, goal, spare, work, options)
         total += iterations
-        if not followed and abs(room) <= shortest:
+        if not followed and abs(room) <= shortest and mu == 0.0:
             goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
             total += iterations
             followed = fallen > 0.0
@@ -166,12 +172,38 @@ def _move(design, start, goal, spare, work, options):
     _copy(spare.u_middle, spare.u)
     result, count, iterations, _ = solve(design, goal, spare.u, count, work, options)
     total += iterations
-    change, off = 0.0, 0.0
+    return result, total, result == status.CONVERGED and _is_even(spare, 0.0)
+
+
+@inner
+def _is_even(spare, tiny):
+    """True where the shape half-way is in the middle, or the change is a `tiny` share."""
+    size, change, off = 0.0, 0.0, 0.0
     for k in range(spare.u.shape[0]):
+        size = max(size, abs(spare.u_start[k]))
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
         even = 0.5 * (spare.u_start[k] + spare.u[k])
         off = max(off, abs(spare.u_middle[k] - even))
-    return result, total, result == status.CONVERGED and off <= _OFF_MIDDLE * change
+    return off <= _OFF_MIDDLE * change or change <= tiny * size
+
+
+@inner
+def _slide(design, mu, start, goal, spare, work, rubbing, options):
+    """`_move` with friction: over the state half-way."""
+    middle = start + 0.5 * (goal - start)
+    _copy(rubbing.kept, rubbing.state)
+    _copy(spare.u_start, spare.u_middle)
+    result, total, _ = several.solve(
+        design, mu, start, middle, spare.u_middle, work, rubbing, options
+    )
+    if result != status.CONVERGED:
+        return result, total, False
+    _copy(spare.u_middle, spare.u)
+    result, iterations, _ = several.solve(design, mu, middle, goal, spare.u, work, rubbing, options)
+    followed = result == status.CONVERGED and _is_even(spare, _TINY)
+    if followed:
+        _copy(rubbing.state, rubbing.kept)
+    return result, total + iterations, followed
 
 
 @inner

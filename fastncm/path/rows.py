@@ -158,13 +158,12 @@ def _strain(problem, lanes, at):
                 lanes.fy[lane] * lanes.cos[q, lane] - lanes.fx[lane] * lanes.sin[q, lane]
             )
     rod.running_integral(problem.rule.integral, lanes.work, moment)
-    base = at.total
+    base, at_tip = at.total, lanes.loaded[2]
     for lane in range(LANES):
-        base[lane] = gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane]
+        x, y = lanes.pose[0, lane], lanes.pose[1, lane]
+        base[lane] = at_tip[lane] + x * lanes.fy[lane] - y * lanes.fx[lane]
     for lane in range(LANES):
-        arm_x, arm_y = gap[c.PX, lane] - lanes.pose[0, lane], gap[c.PY, lane] - lanes.pose[1, lane]
-        at_tip = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
-        strain[lane] = max(abs(base[lane]), at_tip * lanes.strain_end[lane])
+        strain[lane] = max(abs(base[lane]), abs(at_tip[lane]) * lanes.strain_end[lane])
     for q in range(moment.shape[0]):
         for lane in range(LANES):
             bent = abs(base[lane] - moment[q, lane]) * lanes.strain[q, lane]
