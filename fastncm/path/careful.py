@@ -50,8 +50,10 @@ def can_be_careful(problem: Problem) -> np.ndarray:
     """For which designs (D,) more than the lanes' Newton method may be tried: those without
     friction, and jaws that may touch in two places (`kernels.gap.several_count`)."""
     rho = problem.jaw[:, c.RHO]
-    twice: np.ndarray = rho <= 0.0 if problem.kind == c.BLOCK else rho < 0.0
-    return twice | (problem.mu == 0.0)
+    careful: np.ndarray = (problem.mu == 0.0) | (rho < 0.0)
+    if problem.kind == c.BLOCK:
+        careful |= rho == 0.0
+    return careful
 
 
 class Tools(NamedTuple):

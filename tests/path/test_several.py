@@ -36,7 +36,7 @@ def exact_cup(mu: float) -> tuple[np.ndarray, np.ndarray, float]:
         forces = np.array([n * push for n, push in zip(normal_forces, pushes, strict=True)])
         total = forces.sum(axis=0)
         moment = sum(shooting._cross(e, f) for e, f in zip(ends, forces, strict=True))
-        arm = moment * np.array([-total[1], total[0]]) / (total @ total)
+        arm = moment * np.array([total[1], -total[0]]) / (total @ total)
         seen, _ = shooting._integrate(case, arm, total * shooting._force_unit(case))
         return seen, forces
 
@@ -119,7 +119,7 @@ def test_two_contacts_that_stick_move_with_the_target() -> None:
 
     def miss(wrench: np.ndarray) -> np.ndarray:
         force = wrench[:2]
-        arm = wrench[2] * np.array([-force[1], force[0]]) / (force @ force)
+        arm = wrench[2] * np.array([force[1], -force[0]]) / (force @ force)
         seen, _ = shooting._integrate(STEEP, arm, force * unit)
         return np.append(-shooting._turn(-seen[2]) @ seen[:2], -seen[2]) - held
 
