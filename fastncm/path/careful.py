@@ -107,10 +107,7 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
         problem.form,
         problem.points,
     )
-    rubbing.rub[:] = 0.0
-    for k in range(rubbing.kept.shape[0]):
-        free = walk.feature[lane] == c.VOID
-        rubbing.kept[k] = several.OPEN if free else rubbing.states[lane, k]
+    several.load(lane, walk.feature[lane] == c.VOID, rubbing)
     result, reached, released, iterations = approach(
         design, mu, walk.t[lane], lanes.t[lane], spare, work, rubbing, options
     )
@@ -133,8 +130,7 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
     count_contacts(work, rubbing, lanes, lane, row, contacts)
     for k in range(spare.u.shape[0]):
         lanes.u[k, lane] = spare.u[k]
-    for k in range(rubbing.kept.shape[0]):
-        rubbing.states[lane, k] = rubbing.kept[k]
+    several.unload(lane, rubbing)
     single = problem.form == c.CLOSEST and row[rows.CONTACTS] == 1
     lanes.hold[lane] = -1 if single else AS_STORED
     lanes.force[lane], lanes.rub[lane] = force, rub if mu > 0.0 else 0.0

@@ -28,11 +28,13 @@ from fastncm.sqp import status
 #: States of a pair.
 OPEN, FORWARD, BACKWARD, STICKS = range(4)
 #: Steps at most; closed pairs at most, and the equations that they add: two gaps and a slip.
-_STEPS = 20
+_STEPS = 30
 _EQUATIONS = 3
 #: What is rounding: a gap, or a slip against its sense (finger lengths); a force (share of the
-#: largest); a pivot (share of the largest entry).
+#: largest); a pivot (all entries scaled to at most 1).
 _GAP_ROUNDING, _FORCE_ROUNDING, _PIVOT_ROUNDING = 1e-13, 1e-11, 1e-14
+#: By how much a step may turn the tip: a thin end turns far.
+_LONGEST_TURN = 0.05
 #: Residual that is accepted where rounding lets it fall no further.
 _STALLED = 1e-9
 
@@ -40,16 +42,21 @@ _STALLED = 1e-9
 class Rubbing(NamedTuple):
     """Workspace for m unknowns and K pairs.
 
-    state, kept: (K,) int64, states of the pairs in work and at the last position; states: (LANES,
-    K) of each design that is under way; anchor, slipped: (K,) slip at the last position and now;
-    rub: (K,) friction force; tangent: (K, 3) tau; drag: (K, m) J^T tau. change: (3, 3) derivative
-    of all contacts' wrench by the pose; carried: (3, m) that by the unknowns; base: (m, m) Hessian;
-    matrix: (m + 3, m + 3) and right: (m + 3,) of the system.
+    state, rub: (K,) of the pairs, int64 and friction force; kept, kept_force, kept_rub: (K,)
+    states, normal and friction forces at the last position; states, forces, rubs: (LANES, K) the
+    same of each design that is under way; anchor, slipped: (K,) slip at the last position and now;
+    tangent: (K, 3) tau; drag: (K, m) J^T tau. change: (3, 3) derivative of all contacts' wrench by
+    the pose; carried: (3, m) that by the unknowns; base: (m, m) Hessian; matrix: (m + 3, m + 3),
+    right, scale: (m + 3,) of the system.
     """
 
     state: np.ndarray
     kept: np.ndarray
+    kept_force: np.ndarray
+    kept_rub: np.ndarray
     states: np.ndarray
+    forces: np.ndarray
+    rubs: np.ndarray
     anchor: np.ndarray
     slipped: np.ndarray
     rub: np.ndarray
@@ -60,6 +67,7 @@ class Rubbing(NamedTuple):
     base: np.ndarray
     matrix: np.ndarray
     right: np.ndarray
+    scale: np.ndarray
 
 
 def make_rubbing(modes: int, pairs: int) -> Rubbing:
@@ -68,7 +76,11 @@ def make_rubbing(modes: int, pairs: int) -> Rubbing:
     return Rubbing(
         np.zeros(pairs, np.int64),
         np.zeros(pairs, np.int64),
+        np.zeros(pairs),
+        np.zeros(pairs),
         np.zeros((LANES, pairs), np.int64),
+        np.zeros((LANES, pairs)),
+        np.zeros((LANES, pairs)),
         np.zeros(pairs),
         np.zeros(pairs),
         np.zeros(pairs),
@@ -79,6 +91,7 @@ def make_rubbing(modes: int, pairs: int) -> Rubbing:
         np.zeros((modes, modes)),
         np.zeros((size, size)),
         np.zeros(size),
+        np.zeros(size),
     )
 
 
@@ -87,39 +100,92 @@ def solve(design, mu, before, t, u, work, rubbing, options):
     """Equilibrium of `design` with friction `mu` and the target at `t`, from the shape `u` with the
     target at `before`.
 
-    u: (m,), start on entry, solution on return; ``rubbing.state``: likewise. Leaves the normal
-    forces in ``work.multipliers``, the friction forces in ``rubbing.rub`` and the evaluation in
+    u: (m,), start on entry, solution on return; ``rubbing.state``, the normal forces
+    ``work.multipliers`` and the friction forces ``rubbing.rub`` likewise. Leaves the evaluation in
     ``work.at``. Returns ``(status, iterations, residual)``.
     """
-    _evaluate(design, before, u, work.at, rubbing)
+    _evaluate(design, mu, before, u, work.at, rubbing)
     for k in range(rubbing.state.shape[0]):
         faces = work.at.gaps[c.FEATURE, k] != c.VOID
         rubbing.anchor[k] = rubbing.slipped[k] if faces else np.nan
-    _evaluate(design, t, u, work.at, rubbing)
+    _evaluate(design, mu, t, u, work.at, rubbing)
     for k in range(rubbing.state.shape[0]):
         if np.isnan(rubbing.anchor[k]):  # what begins to face: less the target's own way
             rubbing.anchor[k] = rubbing.slipped[k] + work.at.gaps[c.GY, k] * (t - before)
-    work.multipliers[:] = 0.0
-    rubbing.rub[:] = 0.0
     last = np.inf
     for iteration in range(_STEPS):
         _add_up_stiffness(design, work, rubbing)
         if not _step(mu, u, work, rubbing):
             return status.NO_EQUILIBRIUM, iteration + 1, last
+        turn = 0.0
         for i in range(u.shape[0]):
-            u[i] += rubbing.right[i]
-        _evaluate(design, t, u, work.at, rubbing)
+            turn += design.end[i, 0] * rubbing.right[i]
+        share = min(1.0, _LONGEST_TURN / abs(turn)) if turn != 0.0 else 1.0
+        for i in range(u.shape[0]):
+            u[i] += share * rubbing.right[i]
+        _evaluate(design, mu, t, u, work.at, rubbing)
         residual = friction_residual(mu, u, work, rubbing)
-        if residual <= options.tolerance or last <= _STALLED and residual >= 0.5 * last:
+        stalled = residual >= 0.5 * last
+        rounded = residual <= _STALLED or _grazes(design, t, residual, work)
+        if residual <= options.tolerance or stalled and rounded:
             return status.CONVERGED, iteration + 1, residual
         last = residual
     return status.MAX_ITERATIONS, _STEPS, last
 
 
 @inner
-def _evaluate(design, t, u, at, rubbing):
-    """Gaps, wrenches and slips of all pairs at `u` with the target at `t`."""
+def recall(work, rubbing):
+    """Begin from the last position's states and forces."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.state[k], rubbing.rub[k] = rubbing.kept[k], rubbing.kept_rub[k]
+        work.multipliers[k] = rubbing.kept_force[k]
+
+
+@inner
+def keep(work, rubbing):
+    """Remember the states and forces of the solution."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.kept[k], rubbing.kept_rub[k] = rubbing.state[k], rubbing.rub[k]
+        rubbing.kept_force[k] = work.multipliers[k]
+
+
+@inner
+def load(lane, free, rubbing):
+    """The states and forces of the design in `lane`: all open where it is `free`."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.kept[k] = OPEN if free else rubbing.states[lane, k]
+        rubbing.kept_force[k] = 0.0 if free else rubbing.forces[lane, k]
+        rubbing.kept_rub[k] = 0.0 if free else rubbing.rubs[lane, k]
+        rubbing.rub[k] = 0.0
+
+
+@inner
+def unload(lane, rubbing):
+    """Store them again."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.states[lane, k] = rubbing.kept[k]
+        rubbing.forces[lane, k], rubbing.rubs[lane, k] = rubbing.kept_force[k], rubbing.kept_rub[k]
+
+
+@inner
+def _grazes(design, t, residual, work):
+    """True where only rounding keeps the gaps of a light contact from being closed, as in
+    `path.newton`."""
+    reach = design.target[design.which, c.TARGET_RADIUS] + abs(t)
+    for k in range(work.multipliers.shape[0]):
+        gap = work.at.gaps[c.GAP, k]
+        off = abs(gap) if work.multipliers[k] != 0.0 else -gap
+        if off > c.GAP_ROUNDING * (1.0 + reach):
+            return False
+    return residual <= c.GRAZING
+
+
+@inner
+def _evaluate(design, mu, t, u, at, rubbing):
+    """Gaps of all pairs at `u` with the target at `t`, and with friction the wrenches and slips."""
     model.evaluate(design, t, u, at)
+    if mu == 0.0:
+        return
     x, y, psi = at.pose[0, 0], at.pose[1, 0], at.pose[2, 0]
     for k in range(at.gaps.shape[1]):
         gap = at.gaps[:, k]
@@ -191,6 +257,8 @@ def _step(mu, u, work, rubbing):
                 one, other = code % (STICKS + 1), code // (STICKS + 1)
                 if apart > 0 and (min(one, other) == OPEN or one + other == 2 * STICKS):
                     continue
+                if mu == 0.0 and max(one, other) > FORWARD:
+                    continue
                 rubbing.state[:] = OPEN
                 rubbing.state[k + apart] = other
                 rubbing.state[k] = one
@@ -204,7 +272,7 @@ def _agrees(mu, u, work, rubbing):
     """Solve the linearised conditions with the pairs' states; whether the answer keeps them."""
     modes, pairs = u.shape[0], rubbing.state.shape[0]
     size = _fill(mu, u, work, rubbing)
-    if size == modes or _eliminate(rubbing.matrix, rubbing.right, size) <= 0.0:
+    if size == modes or _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
         return False
     largest, row = 0.0, modes
     for k in range(pairs):
@@ -277,19 +345,37 @@ def _fill(mu, u, work, rubbing):
 
 
 @inner
-def _eliminate(a, x, n):
+def _eliminate(a, x, scale, n):
     """Solve ``a x = b`` of the leading n equations by elimination with row pivots; b on entry in
-    `x`. Both are overwritten. Returns the determinant's sign, 0 where a pivot is rounding."""
-    largest, sign = 0.0, 1.0
+    `x`. All are overwritten. Returns the determinant's sign, 0 where a pivot is rounding.
+
+    Rows, then columns, are scaled to entries of at most 1: modes of a thin end are stiff. scale:
+    (n,).
+    """
     for i in range(n):
+        largest = 0.0
         for j in range(n):
             largest = max(largest, abs(a[i, j]))
+        if not largest > 0.0:
+            return 0.0
+        x[i] /= largest
+        for j in range(n):
+            a[i, j] /= largest
+    for j in range(n):
+        scale[j] = 0.0
+        for i in range(n):
+            scale[j] = max(scale[j], abs(a[i, j]))
+        if not scale[j] > 0.0:
+            return 0.0
+        for i in range(n):
+            a[i, j] /= scale[j]
+    sign = 1.0
     for j in range(n):
         best = j
         for i in range(j + 1, n):
             if abs(a[i, j]) > abs(a[best, j]):
                 best = i
-        if not abs(a[best, j]) > _PIVOT_ROUNDING * largest:
+        if not abs(a[best, j]) > _PIVOT_ROUNDING:
             return 0.0
         if best != j:
             sign = -sign
@@ -307,6 +393,8 @@ def _eliminate(a, x, n):
         for k in range(i + 1, n):
             x[i] -= a[i, k] * x[k]
         x[i] /= a[i, i]
+    for i in range(n):
+        x[i] /= scale[i]
     return sign
 
 
@@ -352,7 +440,7 @@ def left_out(design, own, mu, t, u, work, rubbing):
     them, with the solution's forces and states. Each mode's lack of equilibrium, the contacts' work
     with it (`path.rows`), is answered by the linearised system of all modes.
     """
-    _evaluate(design, t, u, work.at, rubbing)
+    _evaluate(design, mu, t, u, work.at, rubbing)
     _add_up_stiffness(design, work, rubbing)
     total_x, total_y, size = 0.0, 0.0, 0.0
     for mode in range(own, u.shape[0]):
@@ -363,7 +451,7 @@ def left_out(design, own, mu, t, u, work, rubbing):
                 work.multipliers[k] * work.at.jacobian[k, mode]
                 + rubbing.rub[k] * rubbing.drag[k, mode]
             )
-        if _eliminate(rubbing.matrix, rubbing.right, count) == 0.0:
+        if _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, count) == 0.0:
             return np.inf, np.inf
         fx, fy = _change_of_force(mu, u, work, rubbing)
         total_x, total_y = total_x + fx, total_y + fy
