@@ -163,7 +163,7 @@ class JawCurve(Curve):
         The moment is that of the contact force, which is exact for the given force (positive where
         it turns psi up). Raises IndexError for a row that is not there.
         """
-        row = self._row(i)
+        self._place(i)
         s = np.linspace(0.0, 1.0, _SHAPE_POINTS)
         psi, gamma = self._angles(i, s)
         # running integrals of the axis' direction by a Gauss rule of their own on each [0, s], a
@@ -178,9 +178,9 @@ class JawCurve(Curve):
         x = (np.cos(theta) * weights).sum(axis=1)
         y = (np.sin(theta) * weights).sum(axis=1)
         scale = self._lowered.scale
-        fx = row[rows.FORCE] * row[rows.NORMAL_X] - row[rows.RUB] * row[rows.NORMAL_Y]
-        fy = row[rows.FORCE] * row[rows.NORMAL_Y] + row[rows.RUB] * row[rows.NORMAL_X]
-        moment = (row[rows.CONTACT_X] - x) * fy - (row[rows.CONTACT_Y] - y) * fx
+        moment = np.zeros_like(s)
+        for px, py, fx, fy in self._forces(i):
+            moment += (px - x) * fy - (py - y) * fx
         return pd.DataFrame(
             {
                 "s_m": s * scale.length[0],
@@ -197,18 +197,33 @@ class JawCurve(Curve):
 
         A jaw's force enters the finger at its tip, hence s_m is the finger's length.
         """
-        self._row(i)
-        points = self.frame().iloc[[i]]
-        points = points[points["contacts"] > 0]
+        row, scale = self._row(i), self._lowered.scale
+        forces = self._forces(i) if row[rows.STATUS] == status.CONVERGED else np.empty((0, 4))
+        if len(forces) and self._lowered.turned[0] > 0.0:  # by the recovered rule, all together
+            columns = ["contact_x_m", "contact_y_m", "force_x_N", "force_y_N"]
+            together = self.frame().loc[[self._place(i)], columns].to_numpy(float)
+            forces = together / np.repeat([scale.length[0], scale.force[0]], 2)
         return pd.DataFrame(
             {
-                "s_m": points["contact_s_m"],
-                "x_m": points["contact_x_m"],
-                "y_m": points["contact_y_m"],
-                "force_x_N": points["force_x_N"],
-                "force_y_N": points["force_y_N"],
+                "s_m": np.full(len(forces), scale.length[0]),
+                "x_m": forces[:, 0] * scale.length[0],
+                "y_m": forces[:, 1] * scale.length[0],
+                "force_x_N": forces[:, 2] * scale.force[0],
+                "force_y_N": forces[:, 3] * scale.force[0],
             }
-        ).reset_index(drop=True)
+        )
+
+    def _forces(self, i: int) -> Array:
+        """Place (x, y) and force (x, y), dimensionless, of each contact at row `i`, (C, 4), with
+        the shape's own forces."""
+        row, contacts = self._row(i), self._solved.trace.contacts[0, self._place(i)]
+        if row[rows.CONTACTS] > 1.0:
+            found: Array = contacts[(contacts[:, 2:] != 0.0).any(axis=1)]
+            return found
+        force, rub = row[rows.FORCE], row[rows.RUB]
+        fx = force * row[rows.NORMAL_X] - rub * row[rows.NORMAL_Y]
+        fy = force * row[rows.NORMAL_Y] + rub * row[rows.NORMAL_X]
+        return np.array([[row[rows.CONTACT_X], row[rows.CONTACT_Y], fx, fy]])
 
     def _row(self, i: int) -> Array:
         """The trace's row of position `i`; negative ones count from the end."""

@@ -13,7 +13,7 @@ from fastncm.kernels.basis import grade
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.lowering import Lowered
 from fastncm.path import rows
-from fastncm.path.careful import most_constraints, trace_carefully
+from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
 from fastncm.path.review import review
@@ -31,8 +31,6 @@ _FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
 _LAST_RESORT = 8
 #: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
 _CHUNK = 512
-#: What of a trace grows with its rows.
-_LARGE = ("rows", "shapes", "multipliers")
 #: The KKT residual must be this much smaller than the tolerance of the force ...
 _ALGEBRAIC_SHARE = 1e-2
 #: ... within these limits: tighter is rounding; looser makes rates inexact, and a step more or
@@ -122,7 +120,7 @@ def _chunks(lowered: Lowered) -> Iterator[Array]:
 def _mark_direction(trace: Trace, direction: Array, turn: int) -> None:
     """Write the sense of the target's motion (D,) into all rows; it turns back after row `turn`."""
     trace.rows[:, :, rows.DIRECTION] = direction[:, None]
-    if turn >= trace.multipliers.shape[1] - 1:
+    if turn >= trace.contacts.shape[1] - 1:
         return
     place = np.arange(trace.rows.shape[1])
     interval = trace.rows[:, :, rows.INTERVAL]
@@ -156,10 +154,10 @@ def _trace(problem: Problem, rtol: float, exact: bool, memory: _Memory) -> tuple
         trace_carefully(problem, options, trace)
         seen = review(trace.rows, positions)
     else:
-        trace = _dirty_trace(memory, *_room(problem, constraints))
+        trace = _lanes_trace(memory, _room(problem, constraints))
         trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
         seen = review(trace.rows, positions)
-        designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & (problem.mu == 0.0))
+        designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & can_be_careful(problem))
         if len(designs):
             announce(SQP)
             again = _select(problem, designs)
@@ -169,7 +167,7 @@ def _trace(problem: Problem, rtol: float, exact: bool, memory: _Memory) -> tuple
             seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST:
         locate_events(problem, tolerance, trace, seen)
-        explain_ends(problem, tolerance, trace)
+        explain_ends(problem, options, trace)
     events = review(trace.rows, positions, first=positions)
     return trace, np.maximum(seen.truncation, events.truncation)
 
@@ -193,14 +191,13 @@ def _room(problem: Problem, constraints: int) -> tuple[int, int, int, int, int]:
     return designs, positions, mode_count(problem), constraints, events
 
 
-def _dirty_trace(
-    memory: _Memory, designs: int, positions: int, modes: int, constraints: int, events: int
-) -> Trace:
-    """`make_trace` for what clears it itself."""
-    none = make_trace(0, positions, modes, constraints, events)
-    sizes = {name: (designs, *getattr(none, name).shape[1:]) for name in _LARGE}
-    return make_trace(designs, 0, 0, 0, 0)._replace(
-        **{name: memory.take(name, shape) for name, shape in sizes.items()}
+def _lanes_trace(memory: _Memory, sizes: tuple[int, int, int, int, int]) -> Trace:
+    """`make_trace` for the lanes, which clear what they fill."""
+    designs, positions, modes, constraints, events = sizes
+    count = positions + events
+    return make_trace(designs, positions, 0, constraints, -positions)._replace(
+        rows=memory.take("rows", (designs, count, rows.COLUMNS)),
+        shapes=memory.take("shapes", (designs, count, modes)),
     )
 
 

@@ -3,18 +3,27 @@
 The branch that counts is the one that starts at first touch: `path.follow`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.points import constraint_count
 from fastncm.kernels.problem import Problem, mode_count
-from fastncm.path import newton, rows
+from fastncm.path import newton, rows, several
 from fastncm.path.block import make_block, workspaces
-from fastncm.path.follow import approach, make_spare
+from fastncm.path.follow import Spare, approach, make_spare
 from fastncm.path.lanes import AS_STORED
+from fastncm.path.resultant import (
+    Wide,
+    count_contacts,
+    discretisation,
+    make_wide,
+    resultant,
+    truncation,
+)
 from fastncm.path.trace import (
     END_ENERGY,
     END_MU,
@@ -33,9 +42,27 @@ from fastncm.sqp import status
 from fastncm.sqp.design import Design
 from fastncm.sqp.solve import Options, SqpWork, kkt_residual, make_work
 
-#: The error that is due to M points, over what the closed form's conditions lack: 0.5 to 7 for M
-#: from 10 to 400 on snapfit-circle, with either of the two point forms.
-_POINTS = 3.0
+#: Columns of a row that the solver of single designs writes itself.
+_OWN = (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS, rows.SIDE, rows.STICKING)
+
+
+def can_be_careful(problem: Problem) -> np.ndarray:
+    """For which designs (D,) more than the lanes' Newton method may be tried: those without
+    friction, and jaws that may touch in two places (`kernels.gap.several_count`)."""
+    rho = problem.jaw[:, c.RHO]
+    careful: np.ndarray = (problem.mu == 0.0) | (rho < 0.0)
+    if problem.kind == c.BLOCK:
+        careful |= rho == 0.0
+    return careful
+
+
+class Tools(NamedTuple):
+    """Workspaces for one design."""
+
+    spare: Spare
+    work: SqpWork
+    rubbing: several.Rubbing
+    wide: Wide
 
 
 @kernel
@@ -55,40 +82,15 @@ def make_sqp(problem: Problem) -> SqpWork:
 
 
 @inner
-def _resultant(work, gap):
-    """Write the resultant of all contacts into `gap` (GAP_COLUMNS,), with unit force.
-
-    Its direction, its moment about the tip, and the force-weighted mean place; no second
-    derivatives. Returns ``(force, contacts)``.
-    """
-    for column in range(c.GAP_COLUMNS):
-        gap[column] = 0.0
-    total, contacts = 0.0, 0
-    for k in range(work.multipliers.shape[0]):
-        share = work.multipliers[k]
-        if share > 0.0:
-            for column in (c.GX, c.GY, c.GP, c.PX, c.PY):
-                gap[column] += share * work.at.gaps[column, k]
-            total += share
-            contacts += 1
-    force = np.sqrt(gap[c.GX] ** 2 + gap[c.GY] ** 2)
-    if force > 0.0:
-        for column in (c.GX, c.GY, c.GP):
-            gap[column] /= force
-        for column in (c.PX, c.PY):
-            gap[column] /= total
-    return force, contacts
-
-
-@inner
-def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multipliers):
-    """Solve the position of `lane` by the SQP; sets the lane's shape, force and `good`, and the
-    row's status, residual, iterations and contacts. Returns where the branch ends, and the energy
-    released there, as `approach` does.
+def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
+    """Solve the position of `lane` by the SQP, or with friction by `path.several`; sets the lane's
+    shape, forces and `good`, and the row's status, residual, iterations and contacts. Returns where
+    the branch ends, and the energy released there, as `approach` does.
 
     Where the contact is not a single smooth one, the lane holds the resultant ``AS_STORED``.
     """
-    d = lanes.design[lane]
+    spare, work, rubbing, wide = tools
+    d, mu = lanes.design[lane], lanes.mu[lane]
     for k in range(spare.u.shape[0]):
         spare.u_start[k] = walk.u[k, lane]
         spare.end[k, 0] = lanes.end[k, lane]
@@ -105,89 +107,69 @@ def _solve_lane(problem, lanes, walk, lane, spare, work, options, row, multiplie
         problem.form,
         problem.points,
     )
+    several.load(lane, walk.feature[lane] == c.VOID, rubbing)
     result, reached, released, iterations = approach(
-        design, walk.t[lane], lanes.t[lane], spare, work, options
+        design, mu, walk.t[lane], lanes.t[lane], spare, work, rubbing, options
     )
     row[rows.POSITION] = lanes.t[lane]
     row[rows.STATUS] = result
     row[rows.ITERATIONS] += iterations
-    row[rows.RESIDUAL] = kkt_residual(
-        spare.u, work.at.jacobian, work.at.gaps, work.multipliers, c.GAP_ROUNDING
-    )
     row[rows.FEATURE] = rows.SEVERAL
+    if mu > 0.0:
+        row[rows.RESIDUAL] = several.friction_residual(mu, spare.u, work, rubbing)
+    else:
+        row[rows.RESIDUAL] = kkt_residual(
+            spare.u, work.at.jacobian, work.at.gaps, work.multipliers, c.GAP_ROUNDING
+        )
     lanes.good[lane] = result == status.CONVERGED
     if not lanes.good[lane]:
+        walk.lost[lane] = mu > 0.0
         return reached, released
     gap = lanes.gap[:, lane]
-    force, contacts = _resultant(work, gap)
-    row[rows.CONTACTS] = contacts
+    force, rub = resultant(work, rubbing, gap)
+    count_contacts(work, rubbing, lanes, lane, row, contacts)
     for k in range(spare.u.shape[0]):
         lanes.u[k, lane] = spare.u[k]
-    lanes.force[lane] = force
-    multipliers[:] = 0.0
-    for k in range(work.multipliers.shape[0]):
-        multipliers[k] = work.multipliers[k]
-    single = problem.form == c.CLOSEST and contacts == 1
+    several.unload(lane, rubbing)
+    single = problem.form == c.CLOSEST and row[rows.CONTACTS] == 1
     lanes.hold[lane] = -1 if single else AS_STORED
+    lanes.force[lane], lanes.rub[lane] = force, rub if mu > 0.0 else 0.0
+    lanes.sticks[lane] = row[rows.STICKING] > 0.0 and single
+    lanes.holds[0] = lanes.holds[0] or lanes.sticks[lane]
+    lanes.side[lane] = 0.0
+    if mu > 0.0 and not lanes.sticks[lane]:
+        lanes.side[lane] = np.copysign(mu, rub) if single else rub / force
+    row[rows.SIDE] = lanes.side[lane]
     gap[c.FEATURE] = rows.SEVERAL
+    if problem.form == c.CLOSEST and not single:
+        row[rows.ESTIMATE] = truncation(problem, lanes, lane, spare, work, rubbing, wide)
     return reached, released
 
 
 @inner
-def _discretisation(problem, lanes, lane):
-    """Estimated relative error of the force that is due to the M points, of the refreshed `lane`.
-
-    It is what the closed form's conditions lack at this shape, with the force that fits them best:
-    stationarity, which lacks where the points turn the contact's normal, and the gap.
-    """
-    if problem.form == c.CLOSEST:
-        return 0.0
-    pose, gradient, end = lanes.pose, lanes.gradient, lanes.end
-    psi = pose[2, lane]
-    gap = closest_gap(
-        problem.kind,
-        -1,
-        problem.jaw,
-        problem.target,
-        lanes.design[lane],
-        lanes.t[lane],
-        pose[0, lane],
-        pose[1, lane],
-        np.cos(psi),
-        np.sin(psi),
-    )
-    opened, stiffness, largest, slack = 0.0, 0.0, c.GAP_ROUNDING, 0.0
-    for k in range(lanes.u.shape[0]):
-        opens = gap[1] * gradient[0, k, lane] + gap[2] * gradient[1, k, lane]
-        opens += gap[3] * end[k, lane]
-        opened += opens * lanes.u[k, lane]
-        stiffness += opens * opens
-        largest = max(largest, abs(lanes.u[k, lane]))
-    for k in range(lanes.u.shape[0]):
-        opens = gap[1] * gradient[0, k, lane] + gap[2] * gradient[1, k, lane]
-        opens += gap[3] * end[k, lane]
-        slack = max(slack, abs(lanes.u[k, lane] - opened / stiffness * opens))
-    return _POINTS * (slack / largest + abs(gap[0]) / max(abs(opened), c.GAP_ROUNDING))
-
-
-@inner
 def _note_end(problem, lanes, lane, i, reached, released, trace):
-    """Say that the branch from first touch ends on the way to position `i`, and what a snap
-    releases there (NaN: nothing is found to snap to)."""
+    """Say that the branch from first touch ends on the way to position `i`, and without friction
+    what a snap releases there (NaN: nothing is found to snap to)."""
     end = trace.ends[lanes.design[lane]]
     if reached == lanes.t[lane] or end[END_POSITION] != 0.0:
         return
-    end[END_ROW], end[END_POSITION], end[END_MU] = i, reached, np.nan
-    end[END_ENERGY] = released if released > 0.0 else np.nan
+    end[END_ROW], end[END_POSITION] = i, reached
+    if lanes.mu[lane] == 0.0:
+        end[END_MU] = np.nan
+        end[END_ENERGY] = released if released > 0.0 else np.nan
 
 
 @inner
 def _skip_blocked(problem, i, lanes, walk, trace):
     """Leave out the lanes whose way to position `i` leads beyond where they failed, in the sense
-    ``walk.blocked`` (0: nowhere); their rows fail like the one before."""
+    ``walk.blocked`` (0: nowhere); their rows fail like the one before. So do those of a branch with
+    friction that is lost."""
     for lane in range(LANES):
         d = lanes.design[lane]
-        if not walk.going[lane]:
+        if walk.lost[lane]:
+            trace.rows[d, i, rows.POSITION] = problem.positions[d, i]
+            trace.rows[d, i, rows.STATUS] = status.MAX_ITERATIONS
+        elif not walk.going[lane]:
             walk.blocked[lane] = 0.0
         elif walk.blocked[lane] * (problem.positions[d, i] - walk.t[lane]) > 0.0:
             walk.going[lane] = False
@@ -198,12 +180,18 @@ def _skip_blocked(problem, i, lanes, walk, trace):
 def trace_carefully(problem: Problem, options: Options, trace: Trace) -> None:
     """`_trace` with a workspace."""
     modes, points = mode_count(problem), problem.rule.weights.shape[0]
-    spare = make_spare(modes, points)
-    _trace(problem, options, make_block(problem), make_sqp(problem), spare, trace)
+    pairs, tables = most_constraints(problem), problem.profile
+    tools = Tools(
+        make_spare(modes, points),
+        make_sqp(problem),
+        several.make_rubbing(modes, pairs),
+        make_wide(tables.slope.shape[1] + tables.shear.shape[1], points, pairs),
+    )
+    _trace(problem, options, make_block(problem), tools, trace)
 
 
 @kernel
-def _trace(problem, options, block, work, spare, trace):
+def _trace(problem, options, block, tools, trace):
     """Solve all positions of all designs by the SQP, in whatever form their constraints have.
 
     options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
@@ -232,11 +220,10 @@ def _trace(problem, options, block, work, spare, trace):
                             lanes,
                             walk,
                             lane,
-                            spare,
-                            work,
+                            tools,
                             options,
                             trace.rows[d, i],
-                            trace.multipliers[d, i],
+                            trace.contacts[d, i],
                         )
                         _note_end(problem, lanes, lane, i, reached, released, trace)
                         # what lies beyond a move that fails is not reached, either
@@ -260,12 +247,15 @@ def _trace(problem, options, block, work, spare, trace):
             if contact:
                 rows.measure(problem, lanes, measuring)
                 for lane in range(LANES):
-                    if lanes.active[lane] and lanes.good[lane]:  # what the SQP itself counted
-                        for column in (rows.CONTACTS, rows.RESIDUAL, rows.ITERATIONS):
+                    if lanes.active[lane] and lanes.good[lane]:  # what was counted there
+                        for column in _OWN:
                             value = trace.rows[lanes.design[lane], i, column]
                             measuring.row[column, lane] = value
-                        discrete = _discretisation(problem, lanes, lane)
+                        discrete = discretisation(problem, lanes, lane)
                         measuring.row[rows.DISCRETE, lane] = discrete
+                        if problem.form == c.CLOSEST and lanes.hold[lane] == AS_STORED:
+                            missing = trace.rows[lanes.design[lane], i, rows.ESTIMATE]
+                            measuring.row[rows.ESTIMATE, lane] = missing + rows.FORCE_ROUNDING
                         measuring.row[rows.ESTIMATE, lane] += (
                             rows.ALGEBRAIC * measuring.row[rows.RESIDUAL, lane] + discrete
                         )

@@ -181,7 +181,6 @@ def _mend_early_rows(
     d, i = states.design[states.good], i[states.good]
     trace.rows[d, i] = states.row[states.good]
     trace.shapes[d, i] = states.u[states.good]
-    trace.multipliers[d, i, 0] = states.force[states.good]
 
 
 def _some(states: States, chosen: Array) -> States:

@@ -14,6 +14,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
+from fastncm.path import several
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
 from fastncm.sqp.solve import solve
@@ -23,7 +24,7 @@ from fastncm.sqp.solve import solve
 #: one. Moves that are tried for one position, at most.
 _SHORTEST, _ROUNDING = 1e-7, 1e-13
 _SHORTER, _LONGER = 0.25, 2.0
-_MOST_MOVES = 200
+_MOST_MOVES = 400
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
@@ -62,13 +63,13 @@ def make_spare(modes: int, points: int) -> Spare:
 
 
 @inner
-def approach(design, start, stop, spare, work, options):
+def approach(design, mu, start, stop, spare, work, rubbing, options):
     """Follow the shape ``spare.u_start`` from the target's position `start` to `stop`; the solution
-    is left in ``spare.u`` and ``spare.u_start``.
+    is left in ``spare.u`` and ``spare.u_start``, and with friction in ``rubbing.kept``.
 
     A move counts where the solution changes little, or evenly. Where the branch ends (a limit
     point, an edge that slips off a corner) the finger snaps to what the SQP finds from there, if
-    that has less energy.
+    that has less energy; with friction (`path.several`) what follows is not looked for.
 
     Returns ``(status, reached, released, iterations)``: the last position of the branch from
     `start`, which is `stop` unless it ended, and the energy that the snap released there (0: none).
@@ -80,17 +81,31 @@ def approach(design, start, stop, spare, work, options):
         left = stop - t
         whole = abs(left) <= abs(room)
         goal = stop if whole else t + room
-        result, iterations, followed = _move(design, t, goal, spare, work, options)
+        if design.form == c.CLOSEST:
+            least = shortest if abs(room) <= shortest else 0.0
+            result, iterations, followed = _slide(
+                design, mu, t, goal, least, spare, work, rubbing, options
+            )
+        else:
+            result, iterations, followed = _move(design, t, goal, spare, work, options)
         total += iterations
-        if not followed and abs(room) <= shortest:
-            goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
-            total += iterations
-            followed = fallen > 0.0
-            whole = goal == stop
-            if followed:
-                result = status.CONVERGED
-            if followed and released == 0.0:
-                reached, released = t, fallen
+        if not followed and abs(room) <= shortest and mu == 0.0:
+            if design.form == c.CLOSEST:
+                result, iterations, followed = _move(design, t, goal, spare, work, options)
+                total += iterations
+            if not followed:
+                goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
+                total += iterations
+                followed = fallen > 0.0
+                whole = goal == stop
+                if followed:
+                    result = status.CONVERGED
+                if followed and released == 0.0:
+                    reached, released = t, fallen
+            for k in range(work.multipliers.shape[0]):
+                pressed = followed and work.multipliers[k] > 0.0
+                rubbing.state[k] = several.FORWARD if pressed else several.OPEN
+            several.keep(work, rubbing)
         if followed:
             _copy(spare.u, spare.u_start)
             t = goal
@@ -101,7 +116,7 @@ def approach(design, start, stop, spare, work, options):
             room = np.copysign(max(_SHORTER * min(abs(room), abs(left)), shortest), left)
         else:
             break
-    if result == status.CONVERGED:
+    if result == status.CONVERGED or mu == 0.0 and result == status.NO_EQUILIBRIUM:
         result = status.MAX_ITERATIONS
     return result, t if released == 0.0 else reached, released, total
 
@@ -123,21 +138,23 @@ def _energy(u):
 @inner
 def _snap(design, start, stop, shortest, spare, work, options):
     """The stable state to which the finger snaps from ``spare.u_start`` just beyond `start`, left
-    in ``spare.u``. Returns ``(where, energy released, iterations)``, 0 released where none is
-    found."""
+    in ``spare.u``; looked for from there, then from the straight finger. Returns ``(where, energy
+    released, iterations)``, 0 released where none is found."""
     total = 0
-    for reach in _BEYOND:
-        way = min(reach * shortest, abs(stop - start))
-        goal = stop if way == abs(stop - start) else start + np.copysign(way, stop - start)
-        _copy(spare.u_start, spare.u)
-        work.multipliers[:] = 0.0
-        result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
-        total += iterations
-        before = _energy(spare.u_start)
-        fallen = before - _energy(spare.u)
-        least = _FALL * _SHORTEST * reach * before
-        if result == status.CONVERGED and fallen > least and _is_stable(design, work):
-            return goal, fallen, total
+    for share in (1.0, 0.0):
+        for reach in _BEYOND:
+            way = min(reach * shortest, abs(stop - start))
+            goal = stop if way == abs(stop - start) else start + np.copysign(way, stop - start)
+            for k in range(spare.u.shape[0]):
+                spare.u[k] = share * spare.u_start[k]
+            work.multipliers[:] = 0.0
+            result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
+            total += iterations
+            before = _energy(spare.u_start)
+            fallen = before - _energy(spare.u)
+            least = _FALL * _SHORTEST * reach * before
+            if result == status.CONVERGED and fallen > least and _is_stable(design, work):
+                return goal, fallen, total
     return start, 0.0, total
 
 
@@ -166,12 +183,42 @@ def _move(design, start, goal, spare, work, options):
     _copy(spare.u_middle, spare.u)
     result, count, iterations, _ = solve(design, goal, spare.u, count, work, options)
     total += iterations
-    change, off = 0.0, 0.0
+    return result, total, result == status.CONVERGED and _is_even(spare, 0.0, 0.0)
+
+
+@inner
+def _is_even(spare, tiny, least):
+    """True where the shape half-way is in the middle, or the change is a `tiny` share, or below
+    `least`."""
+    size, change, off = 0.0, 0.0, 0.0
     for k in range(spare.u.shape[0]):
+        size = max(size, abs(spare.u_start[k]))
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
         even = 0.5 * (spare.u_start[k] + spare.u[k])
         off = max(off, abs(spare.u_middle[k] - even))
-    return result, total, result == status.CONVERGED and off <= _OFF_MIDDLE * change
+    return off <= _OFF_MIDDLE * change or change <= max(tiny * size, least)
+
+
+@inner
+def _slide(design, mu, start, goal, least, spare, work, rubbing, options):
+    """`_move` by Newton's method, with or without friction (`path.several`), over the state
+    half-way. A change below `least` counts, even or not: a kink looks like a jump."""
+    middle = start + 0.5 * (goal - start)
+    several.recall(work, rubbing)
+    _copy(spare.u_start, spare.u_middle)
+    result, total, _ = several.solve(
+        design, mu, start, middle, spare.u_middle, work, rubbing, options
+    )
+    if result != status.CONVERGED:
+        return result, total, False
+    _copy(spare.u_middle, spare.u)
+    result, iterations, _ = several.solve(design, mu, middle, goal, spare.u, work, rubbing, options)
+    followed = result == status.CONVERGED and _is_even(spare, _TINY, least)
+    if mu == 0.0:
+        followed = followed and _is_stable(design, work)
+    if followed:
+        several.keep(work, rubbing)
+    return result, total + iterations, followed
 
 
 @inner

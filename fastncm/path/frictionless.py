@@ -10,8 +10,10 @@ known, but how much of lambda is left to the constraint:
 
     (H + w A^T A) du - A^T m = -u,    A du = -g,    m = lambda + dlambda - w g
 
-Two systems are solved with the factor, for A and for pull_x; what a step, the rates and the error
-estimate need are products with their solutions. With friction there is no such matrix: `path.tip`.
+The normal n only turns, ``dn = t dtheta`` with t = (-ny, nx), so that the first two rows of pull
+are ``t spin`` with ``spin = lambda dtheta/du``. Two systems are solved with the factor, for A and
+for spin; what a step, the rates and the error estimate need are products with their solutions. With
+friction there is no such matrix: `path.tip`.
 """
 
 from fastncm.kernels import constants as c
@@ -32,7 +34,7 @@ def linearise(problem, lanes):
     """Factor of the Hessian under the force as it stands, and the contact's compliance with it.
 
     Overwrites hessian, pull, and for the pending lanes penalty (w), across[0] (H^-1 A^T), across[1]
-    (H^-1 pull_x), inverse[0, 0] (1 / (A H^-1 A^T), H with the penalty) and determinant, which is
+    (H^-1 spin), inverse[0, 0] (1 / (A H^-1 A^T), H with the penalty) and determinant, which is
     positive at a minimum. For the other lanes H is the identity, so that solving changes nothing:
     what a lane ends with must not depend on how long its neighbours take.
     """
@@ -68,7 +70,12 @@ def linearise(problem, lanes):
     )
     symmetric.factorise(lanes.hessian, lanes.negative)
     _solve_pending(lanes, lanes.jacobian, lanes.across[0])
-    _solve_pending(lanes, lanes.pull[0], lanes.across[1])
+    for k in range(modes):
+        for lane in range(LANES):
+            lanes.down[k, lane] = (
+                gap[c.GX, lane] * lanes.pull[1, k, lane] - gap[c.GY, lane] * lanes.pull[0, k, lane]
+            )
+    _solve_pending(lanes, lanes.down, lanes.across[1])
     dot(lanes.jacobian, lanes.across[0], compliance)
     for lane in range(LANES):
         inverse = 1.0 / compliance[lane]
@@ -149,15 +156,18 @@ def rates(lanes):
     """Derivatives of shape, force and pose by the target's position, with the last factor.
 
     ``H u' - A^T lambda' = -pull_x``, ``A u' = gx``: the gap depends on target minus tip position,
-    so ``d/dt = -d/dx`` of the pose.
+    so ``d/dt = -d/dx`` of the pose; ``pull_x = -ny spin``.
     """
     rate, gap = lanes.force_rate, lanes.gap
     dot(lanes.jacobian, lanes.across[1], rate)
     for lane in range(LANES):
-        rate[lane] = (rate[lane] + gap[c.GX, lane]) * lanes.inverse[0, 0, lane]
+        answered = gap[c.GX, lane] - gap[c.GY, lane] * rate[lane]
+        rate[lane] = answered * lanes.inverse[0, 0, lane]
     for k in range(lanes.u.shape[0]):
         for lane in range(LANES):
-            lanes.u_rate[k, lane] = rate[lane] * lanes.across[0, k, lane] - lanes.across[1, k, lane]
+            lanes.u_rate[k, lane] = (
+                rate[lane] * lanes.across[0, k, lane] + gap[c.GY, lane] * lanes.across[1, k, lane]
+            )
     for lane in range(LANES):
         rate[lane] -= lanes.penalty[lane] * gap[c.GX, lane]
     _pose_of(lanes, lanes.u_rate, lanes.pose_rate)
@@ -184,19 +194,41 @@ def adjoint(lanes, wrench, moved):
     for k in range(lanes.u.shape[0]):
         for lane in range(LANES):
             lanes.down[k, lane] = lanes.inverse[0, 0, lane] * lanes.across[0, k, lane]
-    _pose_of(lanes, lanes.down, moved)
-    _adjoint_force(lanes, moved, c.HXX, c.HXY, c.HXP, gap[c.GX], wrench[0])
-    _adjoint_force(lanes, moved, c.HXY, c.HYY, c.HYP, gap[c.GY], wrench[1])
-    _adjoint_force(lanes, moved, c.HXP, c.HYP, c.HPP, gap[c.GP], wrench[2])
+    for i in range(3):
+        for lane in range(LANES):
+            stiffness = lanes.inverse[0, 0, lane] - lanes.penalty[lane]
+            wrench[i, lane] = stiffness * gap[c.GX + i, lane]
+    _add_turn(lanes, wrench, moved)
 
 
 @inner
-def _adjoint_force(lanes, moved, by_x, by_y, by_psi, normal, out):
-    gap = lanes.gap
+def adjoint_turn(lanes, turn, wrench, moved):
+    """`adjoint` for the direction of the force: ``lambda dtheta = - y . rho``. turn: (3, LANES),
+    ``lambda dtheta/dp``."""
+    pressed = lanes.fx
+    dot(lanes.jacobian, lanes.across[1], pressed)
     for lane in range(LANES):
-        stiffness = lanes.inverse[0, 0, lane] - lanes.penalty[lane]
-        out[lane] = stiffness * normal[lane] + lanes.force[lane] * (
-            gap[by_x, lane] * moved[0, lane]
-            + gap[by_y, lane] * moved[1, lane]
-            + gap[by_psi, lane] * moved[2, lane]
-        )
+        pressed[lane] *= -lanes.inverse[0, 0, lane]
+    for k in range(lanes.u.shape[0]):
+        for lane in range(LANES):
+            lanes.down[k, lane] = (
+                lanes.across[1, k, lane] + pressed[lane] * lanes.across[0, k, lane]
+            )
+    for i in range(3):
+        for lane in range(LANES):
+            wrench[i, lane] = turn[i, lane] + pressed[lane] * lanes.gap[c.GX + i, lane]
+    _add_turn(lanes, wrench, moved)
+
+
+@inner
+def _add_turn(lanes, wrench, moved):
+    """Add to `wrench` what the contact's changes with the shape ``lanes.down`` answer."""
+    gap = lanes.gap
+    _pose_of(lanes, lanes.down, moved)
+    for i in range(3):
+        for lane in range(LANES):
+            by_x = gap[c.HXP, lane] if i == 2 else gap[c.HXX + i, lane]
+            by_y = gap[c.HYP, lane] if i == 2 else gap[c.HXY + i, lane]
+            by_psi = gap[c.HPP, lane] if i == 2 else gap[c.HXP + i, lane]
+            turned = by_x * moved[0, lane] + by_y * moved[1, lane] + by_psi * moved[2, lane]
+            wrench[i, lane] += lanes.force[lane] * turned

@@ -12,6 +12,7 @@ import numpy as np
 
 from fastncm.kernels.problem import Problem, mode_count
 from fastncm.path import rows
+from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.run import solve_states, trace_lanes
 from fastncm.path.states import States, make_states
 from fastncm.path.touch import locate_touches
@@ -25,6 +26,7 @@ from fastncm.path.trace import (
     make_trace,
 )
 from fastncm.sqp import status
+from fastncm.sqp.solve import Options
 
 Array = np.ndarray
 
@@ -41,11 +43,12 @@ _SHORTER, _LONGER = 0.25, 1.5
 _FAR = 64.0
 
 
-def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
+def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     """Give the failed rows of a solved trace with friction the status NO_EQUILIBRIUM, and say in
     ``trace.ends`` where their branch ended and why."""
     if not (problem.mu > 0.0).any():
         return
+    tolerance = options.tolerance
     positions = problem.positions.shape[1]
     failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
     failed &= problem.mu[:, None] > 0.0
@@ -59,6 +62,8 @@ def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     side = np.copysign(mu, beyond.side)
     limit = _last_states(trace, d, row, start, side)
     reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
+    known = trace.ends[d, END_POSITION]
+    reached = np.where(known != 0.0, known, reached)
     # the state that the finger snaps to, with the target back at the limit point
     back = _some(beyond, np.arange(len(d)))
     back.t[:] = reached
@@ -69,7 +74,7 @@ def explain_ends(problem: Problem, tolerance: float, trace: Trace) -> None:
     trace.ends[d, END_POSITION] = reached
     slides = trace.ends[d, END_MU] == 0.0  # otherwise it locks from the start, and that is known
     if slides.any():
-        critical = _critical_friction(problem, tolerance, d[slides], row[slides])
+        critical = _critical_friction(problem, options, d[slides], row[slides])
         trace.ends[d[slides], END_MU] = critical
     trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
@@ -98,27 +103,49 @@ def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) 
     return states
 
 
-def _critical_friction(problem: Problem, tolerance: float, d: Array, row: Array) -> Array:
+def _critical_friction(problem: Problem, options: Options, d: Array, row: Array) -> Array:
     """Friction (S,) up to which the branch from first touch reaches the failed rows (NaN: none)."""
     count = int(row.max()) + 1
-    some = problem._replace(
-        profile_of=problem.profile_of[d],
-        ratio=problem.ratio[d],
-        shear_stiffness=problem.shear_stiffness[d],
-        jaw=problem.jaw[d],
-        target=problem.target[d],
-        positions=np.ascontiguousarray(problem.positions[d, :count]),
-    )
+    some = _select(problem, d)
+    some = some._replace(positions=np.ascontiguousarray(some.positions[:, :count]))
     low, high = np.zeros(len(d)), problem.mu[d].copy()
     reached = np.zeros(len(d), dtype=bool)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         trace = make_trace(len(d), count, mode_count(problem), 1)
-        trace_lanes(some._replace(mu=middle), tolerance, _TEST_MOVE, trace)
+        trial = some._replace(mu=middle)
+        trace_lanes(trial, options.tolerance, _TEST_MOVE, trace)
         through = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
+        again = np.flatnonzero(~through & can_be_careful(trial))
+        if len(again):
+            through[again] = _get_through_carefully(trial, options, again, row[again])
         low, high = np.where(through, middle, low), np.where(through, high, middle)
         reached |= through
     return np.where(reached, low, np.nan)
+
+
+def _get_through_carefully(problem: Problem, options: Options, d: Array, row: Array) -> Array:
+    """Whether the branches of the designs `d` (S,) reach the rows `row` by `path.careful`."""
+    some = _select(problem, d)
+    trace = make_trace(
+        len(d), problem.positions.shape[1], mode_count(problem), most_constraints(some)
+    )
+    trace_carefully(some, options, trace)
+    through: Array = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
+    return through
+
+
+def _select(problem: Problem, d: Array) -> Problem:
+    """The problem of some of its designs."""
+    return problem._replace(
+        profile_of=problem.profile_of[d],
+        ratio=problem.ratio[d],
+        shear_stiffness=problem.shear_stiffness[d],
+        jaw=problem.jaw[d],
+        target=problem.target[d],
+        mu=problem.mu[d],
+        positions=problem.positions[d],
+    )
 
 
 def _follow_friction(

@@ -14,6 +14,8 @@ where K is the force's own stiffness, and the Hessian is close to 1 for the mode
 error of the force is of second order in rho. The sum runs over the first modes left out.
 """
 
+import numpy as np
+
 from fastncm.kernels import constants as c
 from fastncm.kernels import rod
 from fastncm.kernels.cache import inlined, inner
@@ -160,13 +162,12 @@ def _strain(problem, lanes, at):
                 lanes.fy[lane] * lanes.cos[q, lane] - lanes.fx[lane] * lanes.sin[q, lane]
             )
     rod.running_integral(problem.rule.integral, lanes.work, moment)
-    base = at.total
+    base, at_tip = at.total, lanes.loaded[2]
     for lane in range(LANES):
-        base[lane] = gap[c.PX, lane] * lanes.fy[lane] - gap[c.PY, lane] * lanes.fx[lane]
+        x, y = lanes.pose[0, lane], lanes.pose[1, lane]
+        base[lane] = at_tip[lane] + x * lanes.fy[lane] - y * lanes.fx[lane]
     for lane in range(LANES):
-        arm_x, arm_y = gap[c.PX, lane] - lanes.pose[0, lane], gap[c.PY, lane] - lanes.pose[1, lane]
-        at_tip = abs(arm_x * lanes.fy[lane] - arm_y * lanes.fx[lane])
-        strain[lane] = max(abs(base[lane]), at_tip * lanes.strain_end[lane])
+        strain[lane] = max(abs(base[lane]), abs(at_tip[lane]) * lanes.strain_end[lane])
     for q in range(moment.shape[0]):
         for lane in range(LANES):
             bent = abs(base[lane] - moment[q, lane]) * lanes.strain[q, lane]
@@ -175,14 +176,8 @@ def _strain(problem, lanes, at):
 
 @inner
 def _estimate(problem, lanes, at):
-    """Estimated relative error of the contact force, as derived above; ``lanes.fx, fy`` hold the
-    force."""
-    gap, weights = lanes.gap, problem.rule.weights
-    turn, total, size, unit, wrench = at.turn, at.total, at.size, at.unit, at.wrench
-    if lanes.rubs[0]:
-        rubbing.adjoint(lanes, wrench, at.kept, at.moved)
-    else:
-        frictionless.adjoint(lanes, wrench, at.moved)
+    """Estimated relative error of the contact force, as derived above."""
+    gap, weights, unit, total, size = lanes.gap, problem.rule.weights, at.unit, at.total, at.size
     for i in range(3):
         for lane in range(LANES):
             unit[i, lane] = gap[c.GX + i, lane]
@@ -194,8 +189,60 @@ def _estimate(problem, lanes, at):
         for i in range(3):
             for lane in range(LANES):
                 unit[i, lane] += ratio[lane] * lanes.tangent[i, lane]
-    rod.add_up(lanes.slope, lanes.down, turn)  # of the axis at the nodes, with the adjoint shape
-    # per node: what a turn of the axis there adds to y_l, and the unit wrench's work with it
+    for q in range(lanes.work.shape[0]):
+        weight = weights[q]
+        for lane in range(LANES):
+            lanes.work[q, lane] = weight * (
+                unit[1, lane] * lanes.cos[q, lane] - unit[0, lane] * lanes.sin[q, lane]
+            )
+    rod.project(lanes.beyond, lanes.work, at.left_out)  # rho_l / lambda, but for the tip's turn
+    for j in range(lanes.beyond.shape[0]):
+        for lane in range(LANES):
+            at.left_out[j, lane] += unit[2, lane] * lanes.beyond_end[j, lane]
+    if lanes.rubs[0]:
+        rubbing.adjoint(lanes, at.wrench, at.kept, at.moved)
+    else:
+        frictionless.adjoint(lanes, at.wrench, at.moved)
+    for lane in range(LANES):
+        size[lane] = 0.0
+    _answer(problem, lanes, at)
+    stiffness = lanes.fx
+    for lane in range(LANES):
+        stiffness[lane] = abs(lanes.inverse[0, 0, lane] - lanes.penalty[lane])
+    for j in range(lanes.beyond.shape[0]):
+        for lane in range(LANES):
+            size[lane] += at.left_out[j, lane] ** 2 * stiffness[lane]
+    for lane in range(LANES):
+        at.row[ESTIMATE, lane] = total[lane]
+    # the same of the angle by which the normal turns, whose change with the pose is t . dn
+    for i in range(3):
+        for lane in range(LANES):
+            by_x = gap[c.HXP, lane] if i == 2 else gap[c.HXX + i, lane]
+            by_y = gap[c.HYP, lane] if i == 2 else gap[c.HXY + i, lane]
+            turns = gap[c.GX, lane] * by_y - gap[c.GY, lane] * by_x
+            unit[i, lane] = lanes.force[lane] * turns
+    if lanes.rubs[0]:
+        rubbing.adjoint_turn(lanes, unit, at.wrench, at.kept, at.moved)
+    else:
+        frictionless.adjoint_turn(lanes, unit, at.wrench, at.moved)
+    _answer(problem, lanes, at)
+    for lane in range(LANES):
+        missing = np.sqrt(at.row[ESTIMATE, lane] ** 2 + total[lane] ** 2)
+        missing = SAFETY * missing + RESERVE * size[lane]
+        at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
+
+
+@inner
+def _answer(problem, lanes, at):
+    """What the modes that are left out do through the adjoint shape ``lanes.down`` and wrench:
+    ``at.total`` overwritten with ``sum_l rho_l y_l / lambda``, its summands' sizes added to
+    ``at.size``."""
+    gap, weights, wrench, turn = lanes.gap, problem.rule.weights, at.wrench, at.turn
+    for lane in range(LANES):
+        lanes.fx[lane] = lanes.force[lane] * gap[c.GX, lane] - lanes.rub[lane] * gap[c.GY, lane]
+    for lane in range(LANES):
+        lanes.fy[lane] = lanes.force[lane] * gap[c.GY, lane] + lanes.rub[lane] * gap[c.GX, lane]
+    rod.add_up(lanes.slope, lanes.down, turn)  # of the axis at the nodes
     for q in range(turn.shape[0]):
         weight = weights[q]
         for lane in range(LANES):
@@ -204,34 +251,16 @@ def _estimate(problem, lanes, at):
             turn[q, lane] = weight * (
                 wrench[1, lane] * cos - wrench[0, lane] * sin - axial * turn[q, lane]
             )
-        for lane in range(LANES):
-            lanes.work[q, lane] = weight * (
-                unit[1, lane] * lanes.cos[q, lane] - unit[0, lane] * lanes.sin[q, lane]
-            )
-    rod.project(lanes.beyond, lanes.work, at.left_out)  # rho_l / lambda, but for the tip's turn
-    rod.project(lanes.beyond, turn, at.adjoint)  # y_l, likewise
-    stiffness = lanes.fx
+    rod.project(lanes.beyond, turn, at.adjoint)  # y_l, but for the tip's turn
     for lane in range(LANES):
-        stiffness[lane] = abs(lanes.inverse[0, 0, lane] - lanes.penalty[lane])
-    for lane in range(LANES):
-        total[lane] = 0.0
-    for lane in range(LANES):
-        size[lane] = 0.0
+        at.total[lane] = 0.0
     for j in range(lanes.beyond.shape[0]):
-        for lane in range(LANES):
-            at.left_out[j, lane] += unit[2, lane] * lanes.beyond_end[j, lane]
         for lane in range(LANES):
             at.adjoint[j, lane] += wrench[2, lane] * lanes.beyond_end[j, lane]
         for lane in range(LANES):
-            total[lane] += at.left_out[j, lane] * at.adjoint[j, lane]
+            at.total[lane] += at.left_out[j, lane] * at.adjoint[j, lane]
         for lane in range(LANES):
-            size[lane] += (
-                abs(at.left_out[j, lane] * at.adjoint[j, lane])
-                + at.left_out[j, lane] ** 2 * stiffness[lane]
-            )
-    for lane in range(LANES):
-        missing = SAFETY * abs(total[lane]) + RESERVE * size[lane]
-        at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
+            at.size[lane] += abs(at.left_out[j, lane] * at.adjoint[j, lane])
 
 
 @inner

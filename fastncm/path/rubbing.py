@@ -151,6 +151,13 @@ def adjoint(lanes, wrench, kept, moved):
 
 
 @inner
+def adjoint_turn(lanes, turn, wrench, kept, moved):
+    """The same of `tip.adjoint_turn`."""
+    tip.adjoint_turn(lanes, turn, wrench, kept, moved)
+    _bend_modes(lanes, kept, lanes.down)
+
+
+@inner
 def _bend_modes(lanes, wrench, out):
     """``out = W wrench``: how a wrench (3, LANES) on the tip moves the modes. out: (m, LANES)."""
     across = lanes.across

@@ -201,14 +201,44 @@ def adjoint(lanes, wrench, kept, moved):
     """
     for i in range(3):
         for lane in range(LANES):
-            moved[i, lane] = lanes.inverse[0, 0, lane] * lanes.reach[i, lane]
-        for lane in range(LANES):
             kept[i, lane] = lanes.inverse[0, 0, lane] * lanes.gap[c.GX + i, lane]
         if lanes.holds[0]:
             for lane in range(LANES):
-                moved[i, lane] += lanes.inverse[0, 1, lane] * lanes.slide[i, lane]
-            for lane in range(LANES):
                 kept[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
+    _transpose(lanes, wrench, kept, moved)
+
+
+@inner
+def adjoint_turn(lanes, turn, wrench, kept, moved):
+    """`adjoint` for the direction of the force: ``lambda dtheta = - y . rho``. turn: (3, LANES),
+    ``lambda dtheta/dp``."""
+    pressed, rubbed = lanes.fx, lanes.fy
+    bend(lanes, turn, moved)
+    dot(moved, lanes.pushed, pressed)
+    if lanes.holds[0]:
+        dot(moved, lanes.held, rubbed)
+        for lane in range(LANES):
+            one, other = pressed[lane], rubbed[lane]
+            inverse = lanes.inverse
+            pressed[lane] = one * inverse[0, 0, lane] + other * inverse[1, 0, lane]
+            rubbed[lane] = one * inverse[0, 1, lane] + other * inverse[1, 1, lane]
+    else:
+        for lane in range(LANES):
+            pressed[lane] *= lanes.inverse[0, 0, lane]
+        for lane in range(LANES):
+            rubbed[lane] = 0.0
+    for i in range(3):
+        for lane in range(LANES):
+            kept[i, lane] = turn[i, lane] - (
+                pressed[lane] * lanes.gap[c.GX + i, lane] + rubbed[lane] * lanes.tangent[i, lane]
+            )
+    _transpose(lanes, wrench, kept, moved)
+
+
+@inner
+def _transpose(lanes, wrench, kept, moved):
+    """The transposed system of the tip for the right-hand side in `kept`; as in `adjoint`."""
+    bend(lanes, kept, moved)
     unsymmetric.solve_transposed(lanes.small, moved)
     for i in range(3):
         for lane in range(LANES):

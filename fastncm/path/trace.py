@@ -30,6 +30,9 @@ NEWTON_STEPS = 8
 #: touch and release, and up to three feature changes of two rows each.
 EVENTS = 8
 
+#: Contacts that are kept of a row: more than three hold the tip's pose fast more than once.
+MOST_CONTACTS = 4
+
 #: What is said of the end of a branch of equilibria with friction: the row that failed first,
 #: beyond it; the target's position at the end; the friction up to which the finger slides at that
 #: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
@@ -42,14 +45,15 @@ class Trace(NamedTuple):
     """Solved paths, dimensionless.
 
     rows: (D, N + E, rows.COLUMNS): the N positions, then up to E located events in the order of the
-    path (unused ones have the KIND 0). shapes: (D, N + E, m) unknowns. multipliers: (D, N,
-    K) contact forces by constraint. ends: (D, ENDS) where a branch with friction ends
-    (`path.limit`). solves: (1,) shapes solved, those of events and of steps in between included.
+    path (unused ones have the KIND 0). shapes: (D, N + E, m) unknowns. contacts: (D, N, C, 4), of
+    the rows with several contacts: place (x, y) and force (x, y) of each. ends: (D,
+    ENDS) where a branch with friction ends (`path.limit`). solves: (1,) shapes solved, those of
+    events and of steps in between included.
     """
 
     rows: np.ndarray
     shapes: np.ndarray
-    multipliers: np.ndarray
+    contacts: np.ndarray
     ends: np.ndarray
     solves: np.ndarray
 
@@ -57,12 +61,12 @@ class Trace(NamedTuple):
 def make_trace(
     designs: int, positions: int, modes: int, constraints: int, events: int = EVENTS
 ) -> Trace:
-    """Room for the results of a problem."""
-    count = positions + events
+    """Room for the results of a problem with that many constraints."""
+    count, contacts = positions + events, min(constraints, MOST_CONTACTS)
     return Trace(
         np.zeros((designs, count, rows.COLUMNS)),
         np.zeros((designs, count, modes)),
-        np.zeros((designs, positions, constraints)),
+        np.zeros((designs, positions, contacts, 4)),
         np.zeros((designs, ENDS)),
         np.zeros(1, np.int64),
     )
@@ -85,16 +89,13 @@ def begin_block(problem, first, lanes):
 
 @inner
 def _clear(first, trace):
-    """Zero what the designs from `first` on have in the trace."""
+    """Zero the rows and shapes of the designs from `first` on."""
     for d in range(first, min(first + LANES, trace.rows.shape[0])):
         for i in range(trace.rows.shape[1]):
             for column in range(rows.COLUMNS):
                 trace.rows[d, i, column] = 0.0
             for k in range(trace.shapes.shape[2]):
                 trace.shapes[d, i, k] = 0.0
-        for i in range(trace.multipliers.shape[1]):
-            for k in range(trace.multipliers.shape[2]):
-                trace.multipliers[d, i, k] = 0.0
 
 
 @inner
@@ -264,7 +265,7 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, whose rows, shapes and multipliers are overwritten, the others zeros on entry.
+    `Trace`, whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
     status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
@@ -308,9 +309,8 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
                 store(i, lanes, measuring.row, trace)
             for lane in range(LANES):
                 d = lanes.design[lane]
-                if lanes.active[lane] and lanes.good[lane]:
-                    trace.multipliers[d, i, 0] = lanes.force[lane]
-                elif lanes.active[lane] or walk.lost[lane]:
+                solved = lanes.active[lane] and lanes.good[lane]
+                if not solved and (lanes.active[lane] or walk.lost[lane]):
                     row = trace.rows[d, i]
                     row[rows.POSITION] = problem.positions[d, i]
                     row[rows.STATUS] = status.MAX_ITERATIONS

@@ -43,8 +43,8 @@ def end_of_branch(position: float, mu: float, energy: float) -> str:
         )
     else:
         said = (
-            f"There is no sliding equilibrium with one contact beyond {position:.9g} m: friction "
-            "locks (friction.mu is too high for this geometry), or the jaw touches in two places."
+            f"No equilibrium on the branch from first touch is found beyond {position:.9g} m: "
+            "friction locks (friction.mu is too high for this geometry), or the branch ends there."
         )
     if mu == mu:
         said += f" The finger slides on to the next position with friction.mu up to {mu:.7f}."

@@ -1,0 +1,481 @@
+"""Newton's method with friction where several pairs of a jaw and a target may touch at once.
+
+    u - sum_k J^T (lambda_k a_k + rub_k tau_k) = 0,    g >= 0,    lambda >= 0,    lambda g = 0
+
+with the wrenches a_k = dg_k/dp and tau_k of a unit force along the contact's tangent on the tip's
+pose p, J = dp/du (`path.tip`). Each closed pair slides in the sense in which its slip (`path.slip`)
+has changed since the last position, ``rub = side lambda``, or sticks, ``|rub| <= mu lambda``. The
+matrix is unsymmetric: there is no energy that falls. So each step solves the linearised conditions
+with the pairs' last states, and where their answer breaks a condition, with others until it does
+not. Positions are close together (`path.follow`), which is why full steps converge.
+
+Two closed pairs leave the jaw one way to move; where one of them sticks, so does the other. How
+they share the friction force is then open; one of them is given its limit.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fastncm.kernels import constants as c
+from fastncm.kernels import rod
+from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.constants import LANES
+from fastncm.path.slip import contact_slip
+from fastncm.sqp import design as model
+from fastncm.sqp import status
+
+#: States of a pair.
+OPEN, FORWARD, BACKWARD, STICKS = range(4)
+#: Steps at most; closed pairs at most, and the equations that they add: two gaps and a slip.
+_STEPS = 30
+_EQUATIONS = 3
+#: What is rounding: a gap, or a slip against its sense (finger lengths); a force (share of the
+#: largest); a pivot (all entries scaled to at most 1).
+_GAP_ROUNDING, _FORCE_ROUNDING, _PIVOT_ROUNDING = 1e-13, 1e-11, 1e-14
+#: By how much a step may turn the tip: a thin end turns far.
+_LONGEST_TURN = 0.05
+#: Residual that is accepted where rounding lets it fall no further.
+_STALLED = 1e-9
+
+
+class Rubbing(NamedTuple):
+    """Workspace for m unknowns and K pairs.
+
+    state, rub: (K,) of the pairs, int64 and friction force; kept, kept_force, kept_rub: (K,)
+    states, normal and friction forces at the last position; states, forces, rubs: (LANES, K) the
+    same of each design that is under way; anchor, slipped: (K,) slip at the last position and now;
+    tangent: (K, 3) tau; drag: (K, m) J^T tau. change: (3, 3) derivative of all contacts' wrench by
+    the pose; carried: (3, m) that by the unknowns; base: (m, m) Hessian; matrix: (m + 3, m + 3),
+    right, scale: (m + 3,) of the system.
+    """
+
+    state: np.ndarray
+    kept: np.ndarray
+    kept_force: np.ndarray
+    kept_rub: np.ndarray
+    states: np.ndarray
+    forces: np.ndarray
+    rubs: np.ndarray
+    anchor: np.ndarray
+    slipped: np.ndarray
+    rub: np.ndarray
+    tangent: np.ndarray
+    drag: np.ndarray
+    change: np.ndarray
+    carried: np.ndarray
+    base: np.ndarray
+    matrix: np.ndarray
+    right: np.ndarray
+    scale: np.ndarray
+
+
+def make_rubbing(modes: int, pairs: int) -> Rubbing:
+    """A workspace, all pairs open."""
+    size = modes + _EQUATIONS
+    return Rubbing(
+        np.zeros(pairs, np.int64),
+        np.zeros(pairs, np.int64),
+        np.zeros(pairs),
+        np.zeros(pairs),
+        np.zeros((LANES, pairs), np.int64),
+        np.zeros((LANES, pairs)),
+        np.zeros((LANES, pairs)),
+        np.zeros(pairs),
+        np.zeros(pairs),
+        np.zeros(pairs),
+        np.zeros((pairs, 3)),
+        np.zeros((pairs, modes)),
+        np.zeros((3, 3)),
+        np.zeros((3, modes)),
+        np.zeros((modes, modes)),
+        np.zeros((size, size)),
+        np.zeros(size),
+        np.zeros(size),
+    )
+
+
+@inner
+def solve(design, mu, before, t, u, work, rubbing, options):
+    """Equilibrium of `design` with friction `mu` and the target at `t`, from the shape `u` with the
+    target at `before`.
+
+    u: (m,), start on entry, solution on return; ``rubbing.state``, the normal forces
+    ``work.multipliers`` and the friction forces ``rubbing.rub`` likewise. Leaves the evaluation in
+    ``work.at``. Returns ``(status, iterations, residual)``.
+    """
+    _evaluate(design, mu, before, u, work.at, rubbing)
+    for k in range(rubbing.state.shape[0]):
+        faces = work.at.gaps[c.FEATURE, k] != c.VOID
+        rubbing.anchor[k] = rubbing.slipped[k] if faces else np.nan
+    _evaluate(design, mu, t, u, work.at, rubbing)
+    for k in range(rubbing.state.shape[0]):
+        if np.isnan(rubbing.anchor[k]):  # what begins to face: less the target's own way
+            rubbing.anchor[k] = rubbing.slipped[k] + work.at.gaps[c.GY, k] * (t - before)
+    last = np.inf
+    for iteration in range(_STEPS):
+        _add_up_stiffness(design, work, rubbing)
+        if not _step(mu, u, work, rubbing):
+            return status.NO_EQUILIBRIUM, iteration + 1, last
+        turn = 0.0
+        for i in range(u.shape[0]):
+            turn += design.end[i, 0] * rubbing.right[i]
+        share = min(1.0, _LONGEST_TURN / abs(turn)) if turn != 0.0 else 1.0
+        for i in range(u.shape[0]):
+            u[i] += share * rubbing.right[i]
+        _evaluate(design, mu, t, u, work.at, rubbing)
+        residual = friction_residual(mu, u, work, rubbing)
+        stalled = residual >= 0.5 * last
+        rounded = residual <= _STALLED or _grazes(design, t, residual, work)
+        if residual <= options.tolerance or stalled and rounded:
+            return status.CONVERGED, iteration + 1, residual
+        last = residual
+    return status.MAX_ITERATIONS, _STEPS, last
+
+
+@inner
+def recall(work, rubbing):
+    """Begin from the last position's states and forces."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.state[k], rubbing.rub[k] = rubbing.kept[k], rubbing.kept_rub[k]
+        work.multipliers[k] = rubbing.kept_force[k]
+
+
+@inner
+def keep(work, rubbing):
+    """Remember the states and forces of the solution."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.kept[k], rubbing.kept_rub[k] = rubbing.state[k], rubbing.rub[k]
+        rubbing.kept_force[k] = work.multipliers[k]
+
+
+@inner
+def load(lane, free, rubbing):
+    """The states and forces of the design in `lane`: all open where it is `free`."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.kept[k] = OPEN if free else rubbing.states[lane, k]
+        rubbing.kept_force[k] = 0.0 if free else rubbing.forces[lane, k]
+        rubbing.kept_rub[k] = 0.0 if free else rubbing.rubs[lane, k]
+        rubbing.rub[k] = 0.0
+
+
+@inner
+def unload(lane, rubbing):
+    """Store them again."""
+    for k in range(rubbing.kept.shape[0]):
+        rubbing.states[lane, k] = rubbing.kept[k]
+        rubbing.forces[lane, k], rubbing.rubs[lane, k] = rubbing.kept_force[k], rubbing.kept_rub[k]
+
+
+@inner
+def _grazes(design, t, residual, work):
+    """True where only rounding keeps the gaps of a light contact from being closed, as in
+    `path.newton`."""
+    reach = design.target[design.which, c.TARGET_RADIUS] + abs(t)
+    for k in range(work.multipliers.shape[0]):
+        gap = work.at.gaps[c.GAP, k]
+        off = abs(gap) if work.multipliers[k] != 0.0 else -gap
+        if off > c.GAP_ROUNDING * (1.0 + reach):
+            return False
+    return residual <= c.GRAZING
+
+
+@inner
+def _evaluate(design, mu, t, u, at, rubbing):
+    """Gaps of all pairs at `u` with the target at `t`, and with friction the wrenches and slips."""
+    model.evaluate(design, t, u, at)
+    if mu == 0.0:
+        return
+    x, y, psi = at.pose[0, 0], at.pose[1, 0], at.pose[2, 0]
+    for k in range(at.gaps.shape[1]):
+        gap = at.gaps[:, k]
+        tangent = rubbing.tangent[k]
+        tangent[0], tangent[1] = -gap[c.GY], gap[c.GX]
+        tangent[2] = (gap[c.PX] - x) * gap[c.GX] + (gap[c.PY] - y) * gap[c.GY]
+        if gap[c.FEATURE] <= c.FAR_RETURN:  # the place on the jaw
+            tangent[2] += gap[c.GAP]
+        for i in range(u.shape[0]):
+            rubbing.drag[k, i] = (
+                tangent[0] * at.gradient[0, i, 0]
+                + tangent[1] * at.gradient[1, i, 0]
+                + tangent[2] * design.end[i, 0]
+            )
+        rubbing.slipped[k] = contact_slip(
+            design.jaw, design.target, design.which, gap, t, x, y, psi
+        )
+
+
+@inner
+def _add_up_stiffness(design, work, rubbing):
+    """``base = d(u - J^T wrench)/du`` under the forces as they stand."""
+    at, base = work.at, rubbing.base
+    modes = base.shape[0]
+    rubbing.change[:, :] = 0.0
+    at.force[:, 0] = 0.0
+    for k in range(rubbing.state.shape[0]):
+        force, rub, gap = work.multipliers[k], rubbing.rub[k], at.gaps[:, k]
+        if force == 0.0:
+            continue
+        at.force[0, 0] += force * gap[c.GX] - rub * gap[c.GY]
+        at.force[1, 0] += force * gap[c.GY] + rub * gap[c.GX]
+        arm_x, arm_y = gap[c.PX] - at.pose[0, 0], gap[c.PY] - at.pose[1, 0]
+        for j in range(3):  # as in `path.tip`
+            hx = gap[c.HXP] if j == 2 else gap[c.HXX + j]
+            hy = gap[c.HYP] if j == 2 else gap[c.HXY + j]
+            hp = gap[c.HPP] if j == 2 else gap[c.HXP + j]
+            turned = arm_x * hx + arm_y * hy + (gap[c.GP] if j == 2 else 0.0)
+            rubbing.change[0, j] += force * hx - rub * hy
+            rubbing.change[1, j] += force * hy + rub * hx
+            rubbing.change[2, j] += force * hp + rub * turned
+    at.block[:, :, 0] = 0.0
+    rod.add_position_hessian(
+        design.slope, design.weights, at.sin, at.cos, at.force[0], at.force[1], at.work, at.block
+    )
+    for j in range(modes):
+        x, y, end = at.gradient[0, j, 0], at.gradient[1, j, 0], design.end[j, 0]
+        for i in range(3):
+            row = rubbing.change[i]
+            rubbing.carried[i, j] = row[0] * x + row[1] * y + row[2] * end
+    for i in range(modes):
+        x, y, end = at.gradient[0, i, 0], at.gradient[1, i, 0], design.end[i, 0]
+        for j in range(modes):
+            stiff = at.block[max(i, j), min(i, j), 0] + (1.0 if i == j else 0.0)
+            moved = x * rubbing.carried[0, j] + y * rubbing.carried[1, j]
+            base[i, j] = stiff - moved - end * rubbing.carried[2, j]
+
+
+@inner
+def _step(mu, u, work, rubbing):
+    """The step, in ``rubbing.right``, and the forces behind it; False where no states of the pairs
+    agree with the linearised conditions on a branch whose determinant is positive."""
+    if _agrees(mu, u, work, rubbing):
+        return True
+    pairs = rubbing.state.shape[0]
+    for apart in range(pairs):  # each pair alone, then two
+        for k in range(pairs - apart):
+            for code in range(FORWARD, STICKS + 1 if apart == 0 else (STICKS + 1) ** 2):
+                one, other = code % (STICKS + 1), code // (STICKS + 1)
+                if apart > 0 and (min(one, other) == OPEN or one + other == 2 * STICKS):
+                    continue
+                if mu == 0.0 and max(one, other) > FORWARD:
+                    continue
+                rubbing.state[:] = OPEN
+                rubbing.state[k + apart] = other
+                rubbing.state[k] = one
+                if _agrees(mu, u, work, rubbing):
+                    return True
+    return False
+
+
+@inner
+def _agrees(mu, u, work, rubbing):
+    """Solve the linearised conditions with the pairs' states; whether the answer keeps them."""
+    modes, pairs = u.shape[0], rubbing.state.shape[0]
+    size = _fill(mu, u, work, rubbing)
+    if size == modes or _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
+        return False
+    largest, row = 0.0, modes
+    for k in range(pairs):
+        work.multipliers[k], rubbing.rub[k] = 0.0, 0.0
+        if rubbing.state[k] == OPEN:
+            continue
+        work.multipliers[k] = rubbing.right[row]
+        largest = max(largest, abs(rubbing.right[row]))
+        row += 1
+        if rubbing.state[k] == STICKS:
+            rubbing.rub[k] = rubbing.right[row]
+            row += 1
+        else:
+            rubbing.rub[k] = _side(rubbing.state[k], mu) * work.multipliers[k]
+    for k in range(pairs):
+        opens, slips = work.at.gaps[c.GAP, k], rubbing.slipped[k] - rubbing.anchor[k]
+        for i in range(modes):
+            opens += work.at.jacobian[k, i] * rubbing.right[i]
+            slips -= rubbing.drag[k, i] * rubbing.right[i]
+        state, force = rubbing.state[k], work.multipliers[k]
+        if state == OPEN:
+            if opens < -_GAP_ROUNDING:
+                return False
+        elif force < -_FORCE_ROUNDING * largest:
+            return False
+        elif state == STICKS:
+            if abs(rubbing.rub[k]) > mu * force + _FORCE_ROUNDING * largest:
+                return False
+        elif slips * _side(state, mu) < -_GAP_ROUNDING * mu:
+            return False
+    return True
+
+
+@inlined
+def _side(state, mu):
+    """Friction over normal force of a pair that slides."""
+    return mu if state == FORWARD else -mu
+
+
+@inner
+def _fill(mu, u, work, rubbing):
+    """The linear system of the pairs' states. Returns its size; 0 equations more than unknowns of
+    the shape where a pair that is to be closed does not face."""
+    modes, matrix, right = u.shape[0], rubbing.matrix, rubbing.right
+    matrix[:, :] = 0.0
+    for i in range(modes):
+        right[i] = -u[i]
+        for j in range(modes):
+            matrix[i, j] = rubbing.base[i, j]
+    row = modes
+    for k in range(rubbing.state.shape[0]):
+        state = rubbing.state[k]
+        if state == OPEN:
+            continue
+        if work.at.gaps[c.FEATURE, k] == c.VOID:
+            return modes
+        side = 0.0 if state == STICKS else _side(state, mu)
+        for i in range(modes):
+            matrix[row, i] = work.at.jacobian[k, i]
+            matrix[i, row] = -work.at.jacobian[k, i] - side * rubbing.drag[k, i]
+        right[row] = -work.at.gaps[c.GAP, k]
+        row += 1
+        if state == STICKS:
+            for i in range(modes):
+                matrix[row, i] = rubbing.drag[k, i]
+                matrix[i, row] = -rubbing.drag[k, i]
+            right[row] = rubbing.slipped[k] - rubbing.anchor[k]
+            row += 1
+    return row
+
+
+@inner
+def _eliminate(a, x, scale, n):
+    """Solve ``a x = b`` of the leading n equations by elimination with row pivots; b on entry in
+    `x`. All are overwritten. Returns the determinant's sign, 0 where a pivot is rounding.
+
+    Rows, then columns, are scaled to entries of at most 1: modes of a thin end are stiff. scale:
+    (n,).
+    """
+    for i in range(n):
+        largest = 0.0
+        for j in range(n):
+            largest = max(largest, abs(a[i, j]))
+        if not largest > 0.0:
+            return 0.0
+        x[i] /= largest
+        for j in range(n):
+            a[i, j] /= largest
+    for j in range(n):
+        scale[j] = 0.0
+        for i in range(n):
+            scale[j] = max(scale[j], abs(a[i, j]))
+        if not scale[j] > 0.0:
+            return 0.0
+        for i in range(n):
+            a[i, j] /= scale[j]
+    sign = 1.0
+    for j in range(n):
+        best = j
+        for i in range(j + 1, n):
+            if abs(a[i, j]) > abs(a[best, j]):
+                best = i
+        if not abs(a[best, j]) > _PIVOT_ROUNDING:
+            return 0.0
+        if best != j:
+            sign = -sign
+            x[j], x[best] = x[best], x[j]
+            for k in range(n):
+                a[j, k], a[best, k] = a[best, k], a[j, k]
+        sign = sign if a[j, j] > 0.0 else -sign
+        for i in range(j + 1, n):
+            factor = a[i, j] / a[j, j]
+            if factor != 0.0:
+                x[i] -= factor * x[j]
+                for k in range(j + 1, n):
+                    a[i, k] -= factor * a[j, k]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= a[i, k] * x[k]
+        x[i] /= a[i, i]
+    for i in range(n):
+        x[i] /= scale[i]
+    return sign
+
+
+@inner
+def friction_residual(mu, u, work, rubbing):
+    """Largest relative violation of the conditions of equilibrium and of Coulomb's law, from
+    scratch: `sqp.solve.kkt_residual` with friction."""
+    gaps, forces = work.at.gaps, work.multipliers
+    largest, force, deflection, residual = c.GAP_ROUNDING, c.GAP_ROUNDING, c.GAP_ROUNDING, 0.0
+    for k in range(forces.shape[0]):
+        force = max(force, abs(forces[k]))
+        moved = 0.0
+        for i in range(u.shape[0]):
+            moved += work.at.jacobian[k, i] * u[i]
+        if forces[k] != 0.0:
+            deflection = max(deflection, abs(moved))
+    for i in range(u.shape[0]):
+        largest = max(largest, abs(u[i]))
+    for i in range(u.shape[0]):
+        slack = u[i]
+        for k in range(forces.shape[0]):
+            slack -= work.at.jacobian[k, i] * forces[k] + rubbing.drag[k, i] * rubbing.rub[k]
+        residual = max(residual, abs(slack) / largest)
+    for k in range(forces.shape[0]):
+        gap, state = gaps[c.GAP, k], rubbing.state[k]
+        residual = max(residual, -gap / deflection)
+        if state != OPEN:
+            slips = rubbing.slipped[k] - rubbing.anchor[k]
+            against = abs(slips) if state == STICKS else -slips * _side(state, 1.0)
+            residual = max(
+                residual, abs(gap) / deflection, -forces[k] / force, against / deflection
+            )
+            residual = max(residual, (abs(rubbing.rub[k]) - mu * forces[k]) / force)
+    return residual
+
+
+@inner
+def left_out(design, own, mu, t, u, work, rubbing):
+    """What the modes that are left out do to the resultant contact force: ``(their sum, the sum of
+    their sizes)`` over the force.
+
+    design: with these modes behind its `own`; u: (m,), zero for them; work, rubbing: for all of
+    them, with the solution's forces and states. Each mode's lack of equilibrium, the contacts' work
+    with it (`path.rows`), is answered by the linearised system of all modes.
+    """
+    _evaluate(design, mu, t, u, work.at, rubbing)
+    _add_up_stiffness(design, work, rubbing)
+    total_x, total_y, size = 0.0, 0.0, 0.0
+    for mode in range(own, u.shape[0]):
+        count = _fill(mu, u, work, rubbing)
+        rubbing.right[:] = 0.0
+        for k in range(rubbing.state.shape[0]):
+            rubbing.right[mode] += (
+                work.multipliers[k] * work.at.jacobian[k, mode]
+                + rubbing.rub[k] * rubbing.drag[k, mode]
+            )
+        if _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, count) == 0.0:
+            return np.inf, np.inf
+        fx, fy = _change_of_force(mu, u, work, rubbing)
+        total_x, total_y = total_x + fx, total_y + fy
+        size += np.sqrt(fx * fx + fy * fy)
+    force = np.sqrt(work.at.force[0, 0] ** 2 + work.at.force[1, 0] ** 2)
+    return np.sqrt(total_x**2 + total_y**2) / force, size / force
+
+
+@inner
+def _change_of_force(mu, u, work, rubbing):
+    """Change of the contacts' resultant with the solution in ``rubbing.right``."""
+    fx, fy, row = 0.0, 0.0, u.shape[0]
+    for i in range(u.shape[0]):
+        fx += rubbing.carried[0, i] * rubbing.right[i]
+        fy += rubbing.carried[1, i] * rubbing.right[i]
+    for k in range(rubbing.state.shape[0]):
+        if rubbing.state[k] == OPEN:
+            continue
+        force, gap = rubbing.right[row], work.at.gaps[:, k]
+        row += 1
+        rub = _side(rubbing.state[k], mu) * force
+        if rubbing.state[k] == STICKS:
+            rub = rubbing.right[row]
+            row += 1
+        fx += force * gap[c.GX] - rub * gap[c.GY]
+        fy += force * gap[c.GY] + rub * gap[c.GX]
+    return fx, fy
