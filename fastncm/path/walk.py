@@ -7,22 +7,17 @@ from fastncm.kernels.workspace import FLAG, INDEX, NUMBER, Layout
 from fastncm.path import rows
 from fastncm.path.lanes import MOST
 
-#: How much longer than the last move the next one may be, for the predictor to trust three
-#: positions: their polynomial of fifth degree turns away fast.
-_FARTHER = 1.5
-
-#: What a block of lanes remembers of its last solved positions, for the predictor.
+#: What a block of lanes remembers of its last solved position, for the predictor.
 #:
-#: t, t_before, t_earlier: (LANES,) of the last three, newest first; u, u_rate ...: (m, LANES);
-#: force, force_rate ... likewise (LANES,); points: (LANES,) int64: how many positions in a row were
-#: solved on one contact feature (0 to 3); feature: (LANES,); slip, side, sticks, rub: (LANES,) of
-#: the contact's friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the
-#: first one; lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has
-#: ended.
+#: t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
+#: likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
+#: contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
+#: friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
+#: lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended.
 #:
 #: Of the way to the next position: touching: (LANES,) bool, whether there is contact at it; going:
 #: bool, whether the target is still on its way; room: the longest next move; blocked: the sense in
-#: which nothing was found (`path.careful`). busy: (LANES,) bool and weight, lever: (3, LANES)
+#: which nothing was found (`path.careful`). busy: (LANES,) bool and w0, w1, r0, r1: (LANES,)
 #: workspace.
 WALK = Layout(
     "Walk",
@@ -30,19 +25,14 @@ WALK = Layout(
     {
         "t": (NUMBER, (LANES,)),
         "t_before": (NUMBER, (LANES,)),
-        "t_earlier": (NUMBER, (LANES,)),
         "u": (NUMBER, ("modes", LANES)),
         "u_before": (NUMBER, ("modes", LANES)),
-        "u_earlier": (NUMBER, ("modes", LANES)),
         "u_rate": (NUMBER, ("modes", LANES)),
         "u_rate_before": (NUMBER, ("modes", LANES)),
-        "u_rate_earlier": (NUMBER, ("modes", LANES)),
         "force": (NUMBER, (LANES,)),
         "force_before": (NUMBER, (LANES,)),
-        "force_earlier": (NUMBER, (LANES,)),
         "force_rate": (NUMBER, (LANES,)),
         "force_rate_before": (NUMBER, (LANES,)),
-        "force_rate_earlier": (NUMBER, (LANES,)),
         "points": (INDEX, (LANES,)),
         "feature": (INDEX, (LANES,)),
         "slip": (NUMBER, (LANES,)),
@@ -56,72 +46,48 @@ WALK = Layout(
         "room": (NUMBER, (LANES,)),
         "blocked": (NUMBER, (LANES,)),
         "busy": (FLAG, (LANES,)),
-        "weight": (NUMBER, (3, LANES)),
-        "lever": (NUMBER, (3, LANES)),
+        "w0": (NUMBER, (LANES,)),
+        "w1": (NUMBER, (LANES,)),
+        "r0": (NUMBER, (LANES,)),
+        "r1": (NUMBER, (LANES,)),
     },
 )
 
 
 @inner
-def _weigh(lanes, walk):
-    """Weights of the last positions' values and rates in Hermite's polynomial through them, at
-    ``lanes.t``: with one position the tangent, without rates the value itself."""
-    weight, lever = walk.weight, walk.lever
-    for lane in range(LANES):
-        x0, x1 = lanes.t[lane] - walk.t[lane], lanes.t[lane] - walk.t_before[lane]
-        x2 = lanes.t[lane] - walk.t_earlier[lane]
-        last = walk.t[lane] - walk.t_before[lane]
-        points = walk.points[lane]
-        if points == 3 and not abs(x0) <= _FARTHER * abs(last):
-            points = 2
-        # Lagrange's polynomials of the positions at lanes.t, and their slopes at their own position
-        l0, l1, l2, slope0, slope1, slope2 = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if points == 2:
-            l0, l1 = x1 / last, -x0 / last
-            slope0, slope1 = 1.0 / last, -1.0 / last
-        elif points == 3:
-            both, first = walk.t[lane] - walk.t_earlier[lane], x2 - x1
-            l0, l1, l2 = (
-                x1 * x2 / (last * both),
-                -x0 * x2 / (last * first),
-                x0 * x1 / (both * first),
-            )
-            slope0, slope1 = 1.0 / last + 1.0 / both, 1.0 / first - 1.0 / last
-            slope2 = -1.0 / both - 1.0 / first
-        weight[0, lane] = l0 * l0 * (1.0 - 2.0 * slope0 * x0)
-        weight[1, lane] = l1 * l1 * (1.0 - 2.0 * slope1 * x1)
-        weight[2, lane] = l2 * l2 * (1.0 - 2.0 * slope2 * x2)
-        lever[0, lane] = l0 * l0 * x0 if points > 0 else 0.0
-        lever[1, lane] = l1 * l1 * x1
-        lever[2, lane] = l2 * l2 * x2
-
-
-@inner
 def predict(lanes, walk):
-    """Shape and force of the active lanes at ``lanes.t``, by Hermite's polynomial through up to
-    three positions on one contact feature."""
+    """Shape and force of the active lanes at ``lanes.t``: cubic through the last two positions and
+    their rates, along the tangent from one, and the last shape itself where there is no rate."""
     modes = lanes.u.shape[0]
-    weight, lever = walk.weight, walk.lever
-    _weigh(lanes, walk)
+    w0, w1, r0, r1 = walk.w0, walk.w1, walk.r0, walk.r1
+    for lane in range(LANES):
+        w0[lane], w1[lane], r0[lane], r1[lane] = 0.0, 1.0, 0.0, 0.0
+        ahead = lanes.t[lane] - walk.t[lane]
+        if walk.points[lane] == 1:
+            r1[lane] = ahead
+        elif walk.points[lane] >= 2:
+            # cubic Hermite polynomial on [t_before, t], evaluated beyond t
+            h = walk.t[lane] - walk.t_before[lane]
+            z = 1.0 + ahead / h
+            w0[lane] = (1.0 + 2.0 * z) * (1.0 - z) ** 2
+            w1[lane] = z * z * (3.0 - 2.0 * z)
+            r0[lane] = h * z * (1.0 - z) ** 2
+            r1[lane] = h * z * z * (z - 1.0)
     for k in range(modes):
         for lane in range(LANES):
             ahead = (
-                weight[0, lane] * walk.u[k, lane]
-                + weight[1, lane] * walk.u_before[k, lane]
-                + weight[2, lane] * walk.u_earlier[k, lane]
-                + lever[0, lane] * walk.u_rate[k, lane]
-                + lever[1, lane] * walk.u_rate_before[k, lane]
-                + lever[2, lane] * walk.u_rate_earlier[k, lane]
+                w0[lane] * walk.u_before[k, lane]
+                + w1[lane] * walk.u[k, lane]
+                + r0[lane] * walk.u_rate_before[k, lane]
+                + r1[lane] * walk.u_rate[k, lane]
             )
             lanes.u[k, lane] = ahead if lanes.active[lane] else lanes.u[k, lane]
     for lane in range(LANES):
         ahead = (
-            weight[0, lane] * walk.force[lane]
-            + weight[1, lane] * walk.force_before[lane]
-            + weight[2, lane] * walk.force_earlier[lane]
-            + lever[0, lane] * walk.force_rate[lane]
-            + lever[1, lane] * walk.force_rate_before[lane]
-            + lever[2, lane] * walk.force_rate_earlier[lane]
+            w0[lane] * walk.force_before[lane]
+            + w1[lane] * walk.force[lane]
+            + r0[lane] * walk.force_rate_before[lane]
+            + r1[lane] * walk.force_rate[lane]
         )
         lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
@@ -137,24 +103,17 @@ def remember(lanes, walk):
         if feature == rows.SEVERAL:
             walk.points[lane] = 0
         elif feature == walk.feature[lane] and walk.t[lane] != lanes.t[lane]:
-            walk.points[lane] = min(walk.points[lane] + 1, 3)
+            walk.points[lane] = min(walk.points[lane] + 1, 2)
         else:
             walk.points[lane] = 1
         walk.feature[lane] = feature
-        walk.t_earlier[lane], walk.t_before[lane] = walk.t_before[lane], walk.t[lane]
-        walk.force_earlier[lane], walk.force_before[lane] = (
-            walk.force_before[lane],
-            walk.force[lane],
-        )
-        walk.force_rate_earlier[lane] = walk.force_rate_before[lane]
+        walk.t_before[lane], walk.t[lane] = walk.t[lane], lanes.t[lane]
+        walk.force_before[lane], walk.force[lane] = walk.force[lane], lanes.force[lane]
         walk.force_rate_before[lane] = walk.force_rate[lane]
-        walk.t[lane], walk.force[lane] = lanes.t[lane], lanes.force[lane]
         walk.force_rate[lane] = lanes.force_rate[lane]
     for k in range(modes):
         for lane in range(LANES):
             if lanes.active[lane] and lanes.good[lane]:
-                walk.u_earlier[k, lane] = walk.u_before[k, lane]
-                walk.u_rate_earlier[k, lane] = walk.u_rate_before[k, lane]
                 walk.u_before[k, lane] = walk.u[k, lane]
                 walk.u_rate_before[k, lane] = walk.u_rate[k, lane]
                 walk.u[k, lane] = lanes.u[k, lane]
