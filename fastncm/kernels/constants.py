@@ -19,13 +19,14 @@ CIRCLE, BLOCK = 0, 1
 ON_EDGE = 0  #: ... lies over the jaw's edge (segment or arc)
 ON_A = 1  #: ... is nearest to corner a
 ON_B = 2  #: ... is nearest to corner b
-ON_RETURN = 3  #: ... lies over the return face, from corner a down to the finger
-FAR_RETURN = 4  #: the block's far corner, at the other end of its underside, over the return face
+FAR_EDGE = 3  #: the block's far corner, at the other end of its underside, over the jaw's edge
+ON_RETURN = 4  #: ... lies over the return face, from corner a down to the finger
+FAR_RETURN = 5  #: the block's far corner over the return face
 # A point of the jaw on a plane of the block:
-A_UNDERSIDE, A_FACE, B_UNDERSIDE, B_FACE = 5, 6, 7, 8  #: a corner of the jaw
-A_BACK = 9  #: corner a on the block's back, beyond its far corner
-ARC_UNDERSIDE, ARC_FACE = 10, 11  #: the point of a convex arc whose normal is the plane's
-VOID = 12  #: the pair does not face each other
+A_UNDERSIDE, A_FACE, B_UNDERSIDE, B_FACE = 6, 7, 8, 9  #: a corner of the jaw
+A_BACK = 10  #: corner a on the block's back, beyond its far corner
+ARC_UNDERSIDE, ARC_FACE = 11, 12  #: the point of a convex arc whose normal is the plane's
+VOID = 13  #: the pair does not face each other
 
 # --- columns of a design's jaw array (dimensionless, in the tip's frame) -------------------------
 AX, AY, BX, BY = 0, 1, 2, 3  #: corners a and b

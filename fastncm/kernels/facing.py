@@ -76,6 +76,29 @@ def edge_feature(jaw, target, d, t, x, y, cos, sin):
 
 
 @inlined
+def far_edge_feature(flat, jaw, target, d, t, x, y, cos, sin):
+    """The block's far corner over the edge, where the edge's normal points into the block there, or
+    by the angle `flat` past it (`edge_feature`)."""
+    px, py = t + target[d, c.TARGET_LENGTH], target[d, c.TARGET_Y]
+    if px == t or nearest_part(jaw, d, px, py, x, y, cos, sin) != c.ON_EDGE:
+        return c.VOID
+    qx, qy = cos * (px - x) + sin * (py - y), cos * (py - y) - sin * (px - x)
+    wide, high = jaw[d, c.BX] - jaw[d, c.AX], jaw[d, c.BY] - jaw[d, c.AY]
+    along = wide * (qx - jaw[d, c.AX]) + high * (qy - jaw[d, c.AY])
+    beside = along < 0.0 or along > wide * wide + high * high
+    if jaw[d, c.RHO] < 0.0 and beside:  # outside of a cup
+        return c.VOID
+    nx, ny, size = -jaw[d, c.TAY], jaw[d, c.TAX], 1.0
+    if jaw[d, c.RHO] != 0.0:
+        sign = 1.0 if jaw[d, c.RHO] > 0.0 else -1.0
+        nx, ny = sign * (qx - jaw[d, c.MX]), sign * (qy - jaw[d, c.MY])
+        size = np.sqrt(nx * nx + ny * ny)
+    least = -flat * size
+    faces = sin * ny - cos * nx >= least and sin * nx + cos * ny >= least
+    return c.FAR_EDGE if faces else c.VOID
+
+
+@inlined
 def return_feature(jaw, target, d, t, x, y, cos, sin):
     """The far corner of a block that reaches from before the return face to behind it, below
     corner a; where the face's normal points into the block, or nearly so (`edge_feature`)."""

@@ -28,6 +28,7 @@ from fastncm.kernels.facing import (
     corner_feature,
     corner_on_block,
     edge_feature,
+    far_edge_feature,
     nearest_part,
     return_feature,
 )
@@ -105,14 +106,14 @@ def plane_gap(qx, qy, rho, nx, ny, px, py, x, y, cos, sin, feature):
 
 @inlined
 def jaw_gap(jaw, d, part, px, py, r, x, y, cos, sin):
-    """`target_point_gap` of the jaw's edge (`ON_EDGE`), a corner (`ON_A`, `ON_B`) or its return
-    face (`ON_RETURN`, `FAR_RETURN`)."""
+    """`target_point_gap` of the jaw's edge (`ON_EDGE`, `FAR_EDGE`), a corner (`ON_A`, `ON_B`) or
+    its return face (`ON_RETURN`, `FAR_RETURN`)."""
     mx, my, rho, nx, ny = jaw[d, c.AX], jaw[d, c.AY], 0.0, 0.0, 0.0
     if part >= c.ON_RETURN:
         nx, ny = -jaw[d, c.TRY], jaw[d, c.TRX]
     elif part == c.ON_B:
         mx, my = jaw[d, c.BX], jaw[d, c.BY]
-    elif part == c.ON_EDGE:
+    elif part != c.ON_A:
         rho = jaw[d, c.RHO]
         if rho == 0.0:
             nx, ny = -jaw[d, c.TAY], jaw[d, c.TAX]
@@ -136,7 +137,8 @@ def feature_gap(feature, jaw, target, d, t, x, y, cos, sin):
     """
     py = target[d, c.TARGET_Y]
     if feature <= c.FAR_RETURN:
-        px = t + target[d, c.TARGET_LENGTH] if feature == c.FAR_RETURN else t
+        far = feature == c.FAR_RETURN or feature == c.FAR_EDGE
+        px = t + target[d, c.TARGET_LENGTH] if far else t
         return jaw_gap(jaw, d, feature, px, py, target[d, c.TARGET_RADIUS], x, y, cos, sin)
     if feature == c.VOID:
         return _nothing(c.VOID_GAP)
@@ -195,11 +197,16 @@ def far_feature(jaw, target, d, t, x, y, cos, sin, feature):
 
     Two convex bodies are apart by the largest of their distances along the normals of their sides.
     On the far side these are the normals of the return face and of the block's back; either the
-    block's far corner is foremost towards the face, or corner a towards the back.
+    block's far corner is foremost towards the face, or corner a towards the back. Where a jaw has
+    turned, or an arc bends, so far that the edge falls towards a, the far corner may touch that.
     """
-    length = target[d, c.TARGET_LENGTH]
-    if length == 0.0:
+    if target[d, c.TARGET_LENGTH] == 0.0:
         return feature
+    over = far_edge_feature(0.0, jaw, target, d, t, x, y, cos, sin)
+    if over == c.FAR_EDGE:
+        near_gap = feature_gap(feature, jaw, target, d, t, x, y, cos, sin)[0]
+        if feature_gap(over, jaw, target, d, t, x, y, cos, sin)[0] > near_gap:
+            feature = over
     leans_up = cos * jaw[d, c.TRX] - sin * jaw[d, c.TRY] > 0.0  # the return face's outward normal
     leans_back = sin * jaw[d, c.TRX] + cos * jaw[d, c.TRY] > 0.0
     if leans_up and not leans_back:  # the jaw has turned so far that its near corner is foremost
@@ -241,7 +248,7 @@ def several_count(kind, jaw, d):
     """
     if kind == c.CIRCLE:
         return 3 if jaw[d, c.RHO] < 0.0 else 1
-    return 4 if jaw[d, c.RHO] <= 0.0 else 1
+    return 5 if jaw[d, c.RHO] <= 0.0 else 1
 
 
 @inlined
@@ -249,7 +256,8 @@ def several_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
     """The feature of pair `k` of those that must all be apart (`VOID` where they do not face).
 
     Each pair keeps its number, whatever is nearest: the edge and the target's near point, corner a
-    (against the circle with the return face), corner b, the return face and the block's far corner.
+    (against the circle with the return face), corner b, the return face and the block's far corner,
+    the edge and that.
     """
     if several_count(kind, jaw, d) == 1:
         return _single_feature(kind, jaw, target, d, t, x, y, cos, sin)
@@ -264,6 +272,8 @@ def several_feature(kind, k, jaw, target, d, t, x, y, cos, sin):
         return edge_feature(jaw, target, d, t, x, y, cos, sin)
     if k == 3:
         return return_feature(jaw, target, d, t, x, y, cos, sin)
+    if k == 4:
+        return far_edge_feature(c.FLAT, jaw, target, d, t, x, y, cos, sin)
     return corner_feature(k == 1, jaw, target, d, t, x, y, cos, sin)
 
 

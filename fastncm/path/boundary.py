@@ -40,6 +40,11 @@ def _face_ends_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[A
     return _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TRX, c.TRY]], point, pose)
 
 
+def _far_edge_ends_at_a(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
+    point = np.column_stack([t + target[:, c.TARGET_LENGTH], target[:, c.TARGET_Y]])
+    return _jaw_end(jaw[:, [c.AX, c.AY]], jaw[:, [c.TAX, c.TAY]], point, pose)
+
+
 def _a_at_far_corner(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
     arm_x, arm_y = _turned(jaw, c.AX, c.AY, pose)
     e = pose[:, 0] + arm_x - t - target[:, c.TARGET_LENGTH]
@@ -54,6 +59,12 @@ def _face_along_back(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[
 def _arc_is_level(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
     mx, my = _turned(jaw, c.MX, c.MY, pose)
     return pose[:, 0] + mx - t, np.column_stack([np.ones_like(t), np.zeros_like(t), -my])
+
+
+def _arc_is_level_at_far_corner(
+    jaw: Array, target: Array, t: Array, pose: Array
+) -> tuple[Array, Array]:
+    return _arc_is_level(jaw, target, t + target[:, c.TARGET_LENGTH], pose)
 
 
 def _arc_is_upright(jaw: Array, target: Array, t: Array, pose: Array) -> tuple[Array, Array]:
@@ -94,6 +105,11 @@ _BETWEEN = {
     # the centre leaves the return face at a; a leaves the underside at the block's far corner
     (c.ON_A, c.ON_RETURN): _face_ends_at_a,
     (c.FAR_RETURN, c.A_UNDERSIDE): _a_at_far_corner,
+    # the far corner leaves the edge at a; the arc is level there
+    (c.FAR_EDGE, c.FAR_RETURN): _far_edge_ends_at_a,
+    (c.FAR_EDGE, c.A_BACK): _a_at_far_corner,
+    (c.FAR_EDGE, c.A_UNDERSIDE): _a_at_far_corner,
+    (c.FAR_EDGE, c.ARC_UNDERSIDE): _arc_is_level_at_far_corner,
     # the return face is upright, along the block's back
     (c.FAR_RETURN, c.A_BACK): _face_along_back,
     # the arc is level, upright, at the block's corner

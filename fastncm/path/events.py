@@ -17,7 +17,7 @@ from fastncm.path.review import BEGINS, CHANGES, ENDS, Review
 from fastncm.path.run import solve_states
 from fastncm.path.states import States, make_states
 from fastncm.path.touch import locate_touches
-from fastncm.path.trace import Trace
+from fastncm.path.trace import END_ENERGY, END_MU, END_POSITION, END_ROW, Trace
 from fastncm.sqp import status
 
 Array = np.ndarray
@@ -88,9 +88,9 @@ def _changes(
     positions: int,
     design: Array,
     interval: Array,
-) -> tuple[States, States]:
+) -> tuple[States, States, States]:
     """States just before and just after the changes of feature in the intervals, those that were
-    found."""
+    found, and the states behind a snap."""
     goal = trace.rows[design, interval + 1, rows.FEATURE].astype(np.int64)
     near, far = problem.positions[design, interval], problem.positions[design, interval + 1]
     held = trace.rows[design, interval, rows.FEATURE]
@@ -113,17 +113,38 @@ def _changes(
         if len(side.t):
             solve_states(problem, tolerance, side)
         side.row[:, rows.KIND], side.row[:, rows.INTERVAL] = kind, interval[located]
-    snaps = before.good & ~after.good & (problem.mu[before.design] > 0.0)
-    _mark_snaps(trace, positions, _some(before, snaps))
+    snaps, rubs = before.good & ~after.good, problem.mu[before.design] > 0.0
+    _mark_snaps(trace, positions, _some(before, snaps & rubs))
+    behind = _note_snaps(problem, tolerance, trace, _some(before, snaps & ~rubs))
     both = before.good & after.good
-    return _some(before, both | snaps), _some(after, both)
+    return _some(before, both | snaps), _some(after, both), behind
+
+
+def _note_snaps(problem: Problem, tolerance: float, trace: Trace, states: States) -> States:
+    """The branch of minima ends at `states` (S,): beyond its change of feature it turns back.
+
+    The finger snaps to the minimum that the row behind is of, followed back to there: those are
+    returned. The first snap of a path is told.
+    """
+    d, row = states.design, states.row[:, rows.INTERVAL].astype(np.int64) + 1
+    behind = make_states(d, states.t, np.full(len(d), -1), trace.shapes.shape[2])
+    behind.u[:] = trace.shapes[d, row]
+    behind.force[:] = trace.rows[d, row, rows.FORCE]
+    if len(d):
+        solve_states(problem, tolerance, behind)
+    released = states.row[:, rows.ENERGY] - behind.row[:, rows.ENERGY]
+    falls = behind.good & (released > _LAST_STEP * states.row[:, rows.ENERGY])
+    behind.row[:, rows.KIND], behind.row[:, rows.INTERVAL] = rows.AFTER_CHANGE, row - 1
+    first = falls & (trace.ends[d, END_POSITION] == 0.0)
+    d = d[first]
+    trace.ends[d, END_ROW], trace.ends[d, END_POSITION] = row[first], states.t[first]
+    trace.ends[d, END_ENERGY], trace.ends[d, END_MU] = released[first], np.nan
+    return _some(behind, falls)
 
 
 def _mark_snaps(trace: Trace, positions: int, states: States) -> None:
-    """The branch of equilibria ends at `states` (S,): beyond its change of feature it turns back.
-
-    The rows behind are of another branch: NO_EQUILIBRIUM, until contact is lost and begins again.
-    """
+    """The same with friction: the rows behind are of another branch than that from first touch, and
+    NO_EQUILIBRIUM until contact is lost and begins again."""
     for d, interval in zip(states.design, states.row[:, rows.INTERVAL], strict=True):
         state = trace.rows[d, int(interval) + 1 : positions, rows.STATUS]
         free = np.flatnonzero(state == status.NO_CONTACT)

@@ -211,12 +211,11 @@ def correct(problem, lanes, tolerance, most):
         step(lanes)
     for lane in range(LANES):
         if lanes.active[lane]:
-            on_branch = lanes.mu[lane] == 0.0 or lanes.determinant[lane] > 0.0
             # a gap is a difference of numbers as large as the target and its distance
             radius = problem.target[lanes.design[lane], c.TARGET_RADIUS]
             rounding = c.GAP_ROUNDING * (1.0 + radius + abs(lanes.t[lane]))
             lanes.good[lane] = (
-                on_branch
+                lanes.determinant[lane] > 0.0
                 and lanes.force[lane] >= 0.0
                 and (
                     lanes.residual[lane] <= tolerance

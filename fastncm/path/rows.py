@@ -73,7 +73,7 @@ COLUMNS = 32
 AT_POSITION, TOUCH, RELEASE, BEFORE_CHANGE, AFTER_CHANGE = range(5)
 
 #: Feature of a row with several loaded constraints, or of a point form: no single smooth contact.
-SEVERAL = 13
+SEVERAL = 14
 
 #: The estimate is SAFETY times the signed leading term, which may vanish by chance, plus RESERVE
 #: times the size of its summands; compared with the true error on both scenes

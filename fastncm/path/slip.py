@@ -37,7 +37,7 @@ def contact_slip(jaw, target, d, gap, t, x, y, psi):
     nx, ny = gap[c.GX], gap[c.GY]
     rho = jaw[d, c.RHO]
     phi = np.arctan2(nx, -ny)
-    edge = feature == c.ON_EDGE
+    edge = feature == c.ON_EDGE or feature == c.FAR_EDGE
     at_b = feature == c.ON_B or feature == c.B_UNDERSIDE or feature == c.B_FACE
     on_jaw = 0.0
     if feature == c.ON_RETURN or feature == c.FAR_RETURN:
@@ -59,7 +59,7 @@ def contact_slip(jaw, target, d, gap, t, x, y, psi):
             on_jaw = -rho * (phi - psi - at_a)
         elif at_b:
             on_jaw = -rho * (np.arctan2(jaw[d, c.TBY], jaw[d, c.TBX]) - at_a)
-    if feature == c.FAR_RETURN:
+    if feature == c.FAR_RETURN or feature == c.FAR_EDGE:
         return on_jaw - target[d, c.TARGET_LENGTH]
     if feature < c.FAR_RETURN:
         return on_jaw - target[d, c.TARGET_RADIUS] * phi

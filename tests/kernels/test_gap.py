@@ -24,6 +24,7 @@ GRADIENT = [c.GX, c.GY, c.GP]
 HESSIAN = [[c.HXX, c.HXY, c.HXP], [c.HXY, c.HYY, c.HYP], [c.HXP, c.HYP, c.HPP]]
 FEATURES = {
     "edge": c.ON_EDGE,
+    "far edge": c.FAR_EDGE,
     "a": c.ON_A,
     "b": c.ON_B,
     "a underside": c.A_UNDERSIDE,
@@ -74,7 +75,8 @@ def radius_of_field(feature: int, jaw: np.ndarray, radius: float, pose: Pose) ->
     """Distance of the target's point from where the gap has no derivatives: the corner, or the
     centre of the arc."""
     distance = evaluate(feature, jaw, radius, pose)[c.GAP] + radius
-    return abs(distance + jaw[0, c.RHO]) if feature == c.ON_EDGE else abs(distance)
+    edge = feature in (c.ON_EDGE, c.FAR_EDGE)
+    return abs(distance + jaw[0, c.RHO]) if edge else abs(distance)
 
 
 def differences(
@@ -92,7 +94,8 @@ def differences(
 
 def check_derivatives(feature: int, jaw: np.ndarray, radius: float, pose: Pose) -> None:
     reach = 1.0
-    if feature in (c.ON_A, c.ON_B) or (feature == c.ON_EDGE and jaw[0, c.RHO] != 0.0):
+    edge = feature in (c.ON_EDGE, c.FAR_EDGE)
+    if feature in (c.ON_A, c.ON_B) or (edge and jaw[0, c.RHO] != 0.0):
         reach = min(1.0, radius_of_field(feature, jaw, radius, pose))
     if reach < 0.01:
         return
@@ -220,6 +223,30 @@ def test_closest_gap_to_a_block(jaw: np.ndarray, pose: Pose) -> None:
         assert found >= min(distances[nearest], outside[0], outside[-1]) - spacing
         if jaw[0, c.RHO] >= 0.0 and 0 < nearest < len(curve) - 1:
             assert found >= distances[nearest] - spacing
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(st.floats(0.06, 0.3), st.floats(-0.9, 0.9), st.floats(0.01, 0.2), st.floats(0.02, 0.1))
+def test_a_short_block_over_a_round_jaw(
+    height: float, psi: float, length: float, above: float
+) -> None:
+    """Against 8,000 points of a nearly half-round jaw, whose top passes under the block: one of the
+    block's corners or its underside is nearest to the arc's inside."""
+    jaw = jaw_row((-0.2, 0.1), (0.1, 0.1), 0.1505)
+    pose = Pose(1.0, TARGET_Y - height, psi, 0.8 + height)
+    curve = pose.to_space(jaw_samples(jaw, 8001))
+    pose = pose._replace(y=pose.y - (curve[:, 1].max() - TARGET_Y) - above)
+    curve = pose.to_space(jaw_samples(jaw, 8001))
+    x, y, psi, t = pose
+    aside = np.maximum(np.maximum(t - curve[:, 0], curve[:, 0] - t - length), 0.0)
+    distances = np.hypot(aside, TARGET_Y - curve[:, 1])
+    nearest = int(np.argmin(distances))
+    target = target_row(0.0, length)
+    found = closest_gap(c.BLOCK, -1, jaw, target, 0, t, x, y, np.cos(psi), np.sin(psi))
+    if 0 < nearest < len(curve) - 1:
+        assert found[c.GAP] == pytest.approx(distances[nearest], abs=1e-6)
+        if aside[nearest] > 1e-3 and curve[nearest, 0] > t + length:
+            assert found[c.FEATURE] == c.FAR_EDGE
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)

@@ -151,13 +151,13 @@ def test_smallest_gap_where_the_shapes_touch(jaw: str, target: str, form: int) -
     [
         (c.CLOSEST, "segment", c.CIRCLE, 1),
         (c.CLOSEST, "concave", c.CIRCLE, 3),
-        (c.CLOSEST, "segment", c.BLOCK, 4),
+        (c.CLOSEST, "segment", c.BLOCK, 5),
         (c.CLOSEST, "convex", c.BLOCK, 1),
-        (c.CLOSEST, "concave", c.BLOCK, 4),
+        (c.CLOSEST, "concave", c.BLOCK, 5),
         (c.POINTS_ON_FINGER, "segment", c.CIRCLE, 37),
         (c.POINTS_ON_FINGER, "convex", c.BLOCK, 38),
         (c.POINTS_ON_TARGET, "segment", c.CIRCLE, 39),
-        (c.POINTS_ON_TARGET, "concave", c.BLOCK, 41),
+        (c.POINTS_ON_TARGET, "concave", c.BLOCK, 42),
     ],
 )
 def test_number_of_constraints(form: int, jaw: str, kind: int, expected: int) -> None:

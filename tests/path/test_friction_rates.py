@@ -54,6 +54,8 @@ CONTACTS = [
     (SEGMENT, 0.15, c.ON_A),
     (SEGMENT, 0.15, c.ON_B),
     (SEGMENT, 0.15, c.ON_RETURN),
+    (SEGMENT, 0.0, c.FAR_EDGE),
+    (CONVEX, 0.0, c.FAR_EDGE),
     (SEGMENT, 0.0, c.FAR_RETURN),
     (SEGMENT, 0.0, c.A_UNDERSIDE),
     (SEGMENT, 0.0, c.A_FACE),
