@@ -28,6 +28,8 @@ _ALGEBRAIC_SHARE, _TIGHTEST, _LOOSEST = 1e-2, 1e-13, 1e-10
 #: Corners of a polygon are contact points where an edge beside them is longer than this part of an
 #: interval of the finger, or where the outline turns by this angle (rad) within an interval.
 _EDGE, _TURN = 1.0, 0.2
+#: Radius of curvature of an ellipse, in intervals, below which points of it are contact points.
+_RADIUS = 1.0
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
 _SHAPES = {
@@ -240,9 +242,7 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
             return np.zeros((len(vertices), 0, 2))
         if shape == "polygon":
             return np.ascontiguousarray(vertices[:, _sharp(vertices, interval)])
-        angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
-        around: Array = vertices * np.column_stack([np.cos(angle), np.sin(angle)])
-        return np.ascontiguousarray(around[:, _curved(vertices, angle, interval)])
+        return _sharp_ends(vertices[:, 0], _RADIUS * interval)
     fraction = np.arange(scene.solver.points) / scene.solver.points
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
@@ -259,14 +259,33 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
     return np.ascontiguousarray(vertices * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
-def _curved(axes: Array, angle: Array, interval: float) -> Array:
-    """Which points (M,) bool of the ellipses with semi-axes `axes` (D, 1, 2), at the eccentric
-    anomalies `angle` (M,), have a radius of curvature below an `interval`, or lie beside those."""
-    a, b = axes[:, :, 0], axes[:, :, 1]
-    radius = np.hypot(a * np.sin(angle), b * np.cos(angle)) ** 3 / (a * b)
-    sharp = (radius < interval).any(axis=0)
-    curved: Array = sharp | np.roll(sharp, 1) | np.roll(sharp, -1)
-    return curved
+def _sharp_ends(axes: Array, radius: float) -> Array:
+    """Points (D, M, 2) of the ellipses with the semi-axes `axes` (D, 2) where their radius of
+    curvature is below `radius`; M = 0 where no ellipse has any.
+
+    About both ends of the longer axis the outline's normal turns by the same angle from point to
+    point. An ellipse without sharp ends has all its points in its centre, where nothing touches.
+    """
+    long, short = np.maximum(*axes.T), np.minimum(*axes.T)
+    # at the angle t between normal and long axis the radius is (long short)^2 / size^3 with
+    # size^2 = short^2 + (long^2 - short^2) cos^2 t
+    size = ((long * short) ** 2 / radius) ** (2.0 / 3.0)
+    sharp = long**2 > size
+    if not sharp.any():
+        return np.zeros((len(axes), 0, 2))
+    focal = np.where(long > short, long**2 - short**2, 1.0)
+    limit = np.arccos(np.sqrt(np.clip((size - short**2) / focal, 0.0, 1.0)))
+    t = limit[:, None] * np.linspace(-1.0, 1.0, AROUND // 2 + 1)
+    cos, sin = np.cos(t), np.sin(t)
+    across, along = short[:, None] ** 2 * sin, long[:, None] ** 2 * cos
+    end = (
+        np.stack([along, across], axis=-1)
+        / np.hypot(long[:, None] * cos, short[:, None] * sin)[..., None]
+    )
+    points = np.concatenate([end, -end], axis=1)
+    points = np.where((axes[:, 0] >= axes[:, 1])[:, None, None], points, points[..., ::-1])
+    found: Array = np.where(sharp[:, None, None], points, 0.0)
+    return found
 
 
 def _sharp(vertices: Array, interval: float) -> Array:

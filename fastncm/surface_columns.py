@@ -107,6 +107,11 @@ def _advice(picked: Array, number: Array, length: Array) -> Array:
             f"The contact force may be wrong by {estimate[case, place]:.0%}: the contact takes up "
             "few of the intervals; use a larger solver.intervals."
         )
+    lost = (number == status.CONVERGED) & (picked[:, :, rows.LOST] > 0.0)
+    advice[lost] = (
+        "The finger could not be followed to here, as where it snaps: its contacts are taken to "
+        "have slid for long, and the error estimate covers any other friction."
+    )
     return advice
 
 

@@ -22,18 +22,21 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import inlined
-from fastncm.kernels.distance import POLYGON, distance
+from fastncm.kernels.distance import ELLIPSE, distance
 from fastncm.kernels.trig import sincos
 
 #: Gap (finger lengths) of a pair that cannot touch.
 FAR = 0.25
-#: A target's point leaves its section for the next one beyond this part of the interval to that: a
-#: little more than half, so that a solve sees one.
+#: A target's point leaves its section for the next one beyond this part of the interval to that,
+#: and a node that is nearer to such a point does not touch: a little more than half, so that a
+#: solve sees one.
 _NEARER = 0.55
-#: Points around an ellipse, of which those are contact points that nodes are too far apart to see.
-AROUND = 128
-#: Points of the target closer than this (finger lengths) are one.
-_SAME = 1e-9
+#: A target lies behind the side where the cosine between its normal and the side's is below this.
+_BEHIND = -0.5
+#: Rounds in which the point of an arc that has the side's direction is found.
+_TURNS = 2
+#: Contact points around an ellipse where nodes are too far apart to see it.
+AROUND = 64
 
 
 class NodalProblem(NamedTuple):
@@ -89,7 +92,8 @@ class Nodal(NamedTuple):
     sliding, +1 where friction acts along ``t = (-ny, nx)``, 0 without; stuck: bool, held along t,
     too, by the force shear; anchor_x, anchor_y: at this seen_x, seen_y; slide: how far it has moved
     from there along t; bend: a target's point turns its normal by this per unit along the finger's
-    side.
+    side. pace: slip per length of the target's move, where it slides; doubt: how far the place to
+    which it sticks may be off, or how far a sliding one may have come back.
     """
 
     psi: np.ndarray
@@ -124,6 +128,8 @@ class Nodal(NamedTuple):
     anchor_y: np.ndarray
     slide: np.ndarray
     bend: np.ndarray
+    pace: np.ndarray
+    doubt: np.ndarray
 
 
 def make_nodal(problem):
@@ -137,7 +143,7 @@ def make_nodal(problem):
         np.full(n, -1),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
         np.zeros(k), np.full(k, -np.inf), np.zeros(k), np.zeros(k), np.zeros(k, np.bool_),
-        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
+        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
     )  # fmt: skip
 
 
@@ -186,14 +192,17 @@ def place_axis(problem, state, size):
 
 
 @inlined
-def _is_at_corner(problem, d, x, y, g, nx, ny, curvature):
-    """Whether the point at `x`, `y` in the target's frame is nearest to a polygon's corner that is
-    a contact point itself."""
-    if problem.shape != POLYGON or curvature == 0.0:
-        return False
+def _is_beside_point(problem, d, k, x, y, loaded):
+    """Whether the closest point of the target to node `k`, at `x`, `y` in the target's frame, lies
+    within half an interval of a point of the target that touches the side by itself.
+
+    Whether the node is `loaded` moves the limit, so that a solve sees one.
+    """
+    share = 1.0 - _NEARER if loaded else _NEARER
+    beside = share * problem.step[k - 1]
     for m in range(problem.points.shape[1]):
-        dx, dy = x - g * nx - problem.points[d, m, 0], y - g * ny - problem.points[d, m, 1]
-        if max(abs(dx), abs(dy)) < _SAME:
+        dx, dy = x - problem.points[d, m, 0], y - problem.points[d, m, 1]
+        if dx * dx + dy * dy < beside * beside:
             return True
     return False
 
@@ -204,8 +213,10 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     cosine.
 
     The gap of an unloaded point that is certainly above `margin` is not worked out: a distance
-    changes by no more than the point moves. A node between the finger's ends does not touch a
-    polygon's corner that is a contact point: that touches the side, with the side's normal.
+    changes by no more than the point moves. A node between the finger's ends does not touch the
+    target next to a point of it that is a contact point: that touches the side, with the side's
+    normal, while the target's may be any there. How deep such a node lies in it stays in `seen`.
+    Nor does a node touch what lies behind its side.
     """
     j, offset = min(k, problem.step.shape[0]), problem.offset[d, k]
     state.px[k] = state.x[j] - offset * state.section_sin[j]
@@ -221,8 +232,12 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     state.seen_x[k], state.seen_y[k], state.seen[k] = qx, qy, g
     state.gap[k], state.curvature[k] = g, curvature
     state.nx[k], state.ny[k] = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
-    if k < problem.step.shape[0] and problem.points.shape[1] > 0:
-        if _is_at_corner(problem, d, qx, qy, g, nx, ny, curvature):
+    if 0 < k < problem.step.shape[0]:
+        inward = state.section_cos[k] * state.ny[k] - state.section_sin[k] * state.nx[k]
+        inward = -inward if problem.left else inward
+        if _is_beside_point(problem, d, k, qx - g * nx, qy - g * ny, state.force[k] > 0.0):
+            state.gap[k], state.nx[k], state.ny[k] = max(g, 0.0), 0.0, 0.0
+        elif inward < _BEHIND:
             state.nx[k], state.ny[k] = 0.0, 0.0
     if state.stuck[k]:
         moved_x, moved_y = qx - state.anchor_x[k], qy - state.anchor_y[k]
@@ -247,10 +262,7 @@ def place_surface(problem, d, x, y, angle, state, margin):
     for j in range(tip + 1):
         state.first[j] = -1
     for k in range(state.px.shape[0] - 1, tip + 1, -1):
-        px, py = problem.points[d, k - tip - 2, 0], problem.points[d, k - tip - 2, 1]
-        state.px[k] = x + turn_cos * px - turn_sin * py
-        state.py[k] = y + turn_sin * px + turn_cos * py
-        _place_target_point(problem, d, k, state)
+        _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state)
         state.after[k] = state.first[state.node[k]]
         state.first[state.node[k]] = k
 
@@ -273,15 +285,49 @@ def _nearest_section(problem, k, state):
 
 
 @inlined
-def _place_target_point(problem, d, k, state):
+def _normal_of_end(problem, d, m):
+    """Direction of the outward normal of the ellipse `d` at its point `m`, in its own frame."""
+    a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]
+    nx, ny = problem.points[d, m, 0] / (a * a), problem.points[d, m, 1] / (b * b)
+    size = np.sqrt(nx * nx + ny * ny)
+    return nx / size, ny / size
+
+
+@inlined
+def _slide_to(problem, d, m, nx, ny):
+    """The point of the ellipse `d` with the outward normal along `nx`, `ny`, in its own frame, or
+    the nearest to it up to half way from its point `m` to the next ones."""
+    a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]
+    mx, my = _normal_of_end(problem, d, m)
+    first_x, first_y = _normal_of_end(problem, d, 0)
+    next_x, next_y = _normal_of_end(problem, d, 1)
+    spacing = np.arctan2(
+        abs(first_x * next_y - first_y * next_x), first_x * next_x + first_y * next_y
+    )
+    off = np.arctan2(mx * ny - my * nx, mx * nx + my * ny)
+    off = min(max(off, -0.5 * spacing), 0.5 * spacing)
+    sin, cos = np.sin(off), np.cos(off)
+    ux, uy = cos * mx - sin * my, sin * mx + cos * my
+    size = np.sqrt(a * a * ux * ux + b * b * uy * uy)
+    return a * a * ux / size, b * b * uy / size
+
+
+@inlined
+def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     """Gap and normal of the target's point `k` against the finger's side.
 
     About the nearest section, in the frame of its normal e and its outward direction o, the side
     has the height ``rho + slope a + bend a^2 / 2`` at the distance a along e: the slope is the
     taper's and the shear's, the bend that of the finger. They are held fixed in derivatives: then
-    the force acts on that section.
+    the force acts on that section. The points of an ellipse's sharp ends stand for the arcs around
+    them, and the one of the side's direction touches.
     """
-    j, tip = _nearest_section(problem, k, state), problem.step.shape[0]
+    tip = problem.step.shape[0]
+    m = k - tip - 2
+    px, py = problem.points[d, m, 0], problem.points[d, m, 1]
+    state.px[k] = x + turn_cos * px - turn_sin * py
+    state.py[k] = y + turn_sin * px + turn_cos * py
+    j = _nearest_section(problem, k, state)
     state.node[k] = j
     side = 1.0 if problem.left else -1.0
     low, high = max(j - 1, 0), min(j + 1, tip)
@@ -295,9 +341,19 @@ def _place_target_point(problem, d, k, state):
     advance -= turn * thick
     bend = turn / advance
     slope = (taper + side * sheared) / advance
-    dx, dy = state.px[k] - state.x[j], state.py[k] - state.y[j]
     ex, ey = state.section_cos[j], state.section_sin[j]
     ox, oy = -side * ey, side * ex
+    if problem.shape == ELLIPSE and problem.nodes_touch and (px != 0.0 or py != 0.0):
+        along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
+        for _ in range(_TURNS):
+            steep = slope + bend * along
+            nx, ny = steep * ex - ox, steep * ey - oy
+            nx, ny = turn_cos * nx + turn_sin * ny, turn_cos * ny - turn_sin * nx
+            px, py = _slide_to(problem, d, m, nx, ny)
+            state.px[k] = x + turn_cos * px - turn_sin * py
+            state.py[k] = y + turn_sin * px + turn_cos * py
+            along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
+    dx, dy = state.px[k] - state.x[j], state.py[k] - state.y[j]
     along, height = dx * ex + dy * ey, dx * ox + dy * oy
     steep = slope + bend * along
     scale = 1.0 / np.sqrt(1.0 + steep * steep)

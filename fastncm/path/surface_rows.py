@@ -12,8 +12,7 @@ contacts along their normals does to the force is one pass along the finger.
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
-from fastncm.kernels.distance import ELLIPSE
-from fastncm.kernels.nodal import AROUND, contact_direction, friction_ratio
+from fastncm.kernels.nodal import contact_direction, friction_ratio
 from fastncm.path.misplaced import before_tip, misplaced_forces, tip_slope
 from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
@@ -44,16 +43,14 @@ from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
     RESIDUAL,
     ESTIMATE,
     OVERLAP,
-) = range(24)
-COLUMNS = 24
+    LOST,
+) = range(25)
+COLUMNS = 25
 
 #: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
 SAFETY = 2.1
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
 ALGEBRAIC, FORCE_ROUNDING = 10.0, 1e-12
-#: How far the arc is from the chord between two points around an ellipse, per distance from its
-#: centre along the normal: an ellipse is a circle stretched.
-_SAGITTA = 1.0 - np.cos(np.pi / AROUND)
 
 
 @inlined
@@ -78,8 +75,34 @@ def _stiffness(problem, d, work):
 
 
 @inner
-def _estimate(problem, d, x, y, work, normal, residual):
-    """Estimated relative error of the contact force, the target at `x`, `y`."""
+def _doubted(problem, d, work):
+    """Change of the contact forces by what is in doubt of where contacts stick, at most: they stay
+    within friction. One pass along the finger with all of them held, moved by so much."""
+    state, chain, mu, doubtful = work.state, work.chain, problem.mu[d], False
+    for k in range(state.force.shape[0]):
+        chain.touching[k], chain.mark[k] = state.force[k] > 0.0, False
+        if chain.touching[k] and state.doubt[k] > 0.0:
+            doubtful = True
+            if not state.stuck[k]:
+                chain.mark[k], state.stuck[k], state.slide[k] = True, True, 0.0
+                state.shear[k] = mu * state.along[k] * state.force[k]
+            state.slide[k] += state.doubt[k]
+    if not doubtful:
+        return 0.0
+    solve_chain(problem, d, state, chain, work.size[0], 1.0)
+    change = 0.0
+    for k in range(state.force.shape[0]):
+        if chain.touching[k]:
+            moved = abs(chain.force[k] - state.force[k]) + abs(chain.shear[k] - state.shear[k])
+            change += min(moved, 2.0 * mu * state.force[k])
+        if chain.mark[k]:
+            state.stuck[k], state.shear[k] = False, 0.0
+    return change
+
+
+@inner
+def _estimate(problem, d, work, normal, residual):
+    """Estimated relative error of the contact force."""
     state = work.state
     intervals = problem.step.shape[0]
     first, beyond = (1, intervals) if problem.nodes_touch else (intervals + 3, len(state.gap) - 1)
@@ -88,9 +111,14 @@ def _estimate(problem, d, x, y, work, normal, residual):
         if state.force[k] > 0.0:
             bend = state.gap[k - 1] - 2.0 * state.gap[k] + state.gap[k + 1]
             held_off = max(held_off, 0.125 * abs(bend))
+    if problem.nodes_touch and problem.points.shape[1] > 0:
+        for k in range(1, intervals):  # nodes beside a point of the target, which do not touch
+            if state.nx[k] == 0.0 and state.ny[k] == 0.0:
+                held_off = max(held_off, -state.seen[k])
     if problem.nodes_touch and state.force[intervals] > 0.0:
         held_off = max(held_off, 0.5 * tip_slope(problem, d, state) * before_tip(problem, d, state))
     shortened, missed, uneven, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    change = 0.0
     for i in range(1, work.size[0] + 1):
         h = problem.step[i - 1]
         turned = state.psi[i] - state.psi[i - 1]
@@ -116,15 +144,14 @@ def _estimate(problem, d, x, y, work, normal, residual):
             beside = abs(state.seen_x[k] - problem.arc[j])
             give = problem.shear_flexibility[d, j - 1] * problem.step[j - 1]
             shortened += state.force[k] * beside * give
+            if problem.printed_section and j < intervals:  # its normal turns with the shear
+                change += state.force[k] * abs(state.gamma[j + 1] - state.gamma[j])
             bend = problem.flexibility[d, j - 1] / problem.step[j - 1]
             missed += bend * state.force[k] ** 2 * beside**3 / 3.0
-            if problem.nodes_touch and problem.shape == ELLIPSE:  # chords instead of the arc
-                size = (state.px[k] - x) * state.nx[k] + (state.py[k] - y) * state.ny[k]
-                held_off = max(held_off, _SAGITTA * abs(size))
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
-    change = stiffness * moved + normal * (missed + uneven) / energy
-    change += misplaced_forces(problem, d, state)
+    change += stiffness * moved + normal * (missed + uneven) / energy
+    change += misplaced_forces(problem, d, state) + _doubted(problem, d, work)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 
@@ -185,4 +212,4 @@ def measure(problem, d, i, x, y, work, row):
     row[RESIDUAL] = kkt_residual(problem, d, state, work.size[0])
     row[ESTIMATE] = 0.0
     if normal > 0.0:
-        row[ESTIMATE] = _estimate(problem, d, x, y, work, normal, row[RESIDUAL])
+        row[ESTIMATE] = _estimate(problem, d, work, normal, row[RESIDUAL])

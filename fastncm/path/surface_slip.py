@@ -7,9 +7,15 @@ lambda`` slides. Where it would slide much farther backwards than friction could
 back, it slides the other way at once.
 """
 
+import numpy as np
+
 from fastncm.kernels.cache import inlined, inner
 from fastncm.path.surface_rows import velocity
 
+#: A contact that has slowed down to less than this part of its pace may have come back.
+_SLOWED = 0.5
+#: Safety of how far it may have: the law is checked at the ends of moves only.
+_DOUBT = 4.0
 #: Rounds after which contacts are only let go, so that the rounds end.
 _BOTH_WAYS = 10
 #: Rounds in which the sense of sliding is turned at once, and slip over the deflection times mu.
@@ -49,16 +55,19 @@ def grip(state):
     for k in range(state.force.shape[0]):
         state.stuck[k], state.shear[k] = state.force[k] > 0.0, 0.0
         state.anchor_x[k], state.anchor_y[k] = state.seen_x[k], state.seen_y[k]
+        state.pace[k], state.doubt[k] = 0.0, 0.0
 
 
 @inner
-def regrip(state, kept, motion, x, y, mu, turn, deflection):
+def regrip(state, kept, motion, x, y, mu, turn, deflection, turned):
     """Change contacts of a solved state between stick and slip where their law is broken; turn:
-    the number of the round; deflection: of the finger, by and large.
+    the number of the round; deflection: of the finger, by and large; turned: whether the target
+    goes back, so that contacts stick where they were when it turned.
 
     Returns how many have changed.
     """
     changed = 0
+    length = np.sqrt(motion[0] * motion[0] + motion[1] * motion[1] + motion[2] * motion[2])
     for k in range(state.force.shape[0]):
         if state.force[k] <= 0.0:
             continue
@@ -66,10 +75,14 @@ def regrip(state, kept, motion, x, y, mu, turn, deflection):
             if abs(state.shear[k]) > mu * state.force[k] * (1.0 + _CONE_ROUNDING):
                 state.stuck[k] = False
                 state.along[k] = 1.0 if state.shear[k] > 0.0 else -1.0
-                state.shear[k] = 0.0
+                state.shear[k], state.pace[k], state.doubt[k] = 0.0, 0.0, 0.0
                 changed += 1
             continue
         slip = _slip(state, kept, motion, x, y, k)
+        state.pace[k] = slip / length if length > 0.0 else 0.0
+        before = 0.0 if turned else kept.pace[k] * length
+        slowed = slip * state.along[k] < _SLOWED * before * state.along[k]
+        state.doubt[k] = _DOUBT * (abs(slip) + abs(before)) if slowed else 0.0
         if slip * state.along[k] > -_SLIP_ROUNDING and state.along[k] != 0.0:
             continue
         changed += 1

@@ -94,9 +94,11 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
     if mu == 0.0 or result != status.CONVERGED:
         return result, total
+    last = walk.last
+    turned = motion[0] * last[0] + motion[1] * last[1] + motion[2] * last[2] < 0.0
     for turn in range(_ROUNDS):
         deflection = mean_deflection(problem, d, state, work.size[0])
-        if regrip(state, walk.kept, motion, x, y, mu, turn, deflection) == 0:
+        if regrip(state, walk.kept, motion, x, y, mu, turn, deflection, turned) == 0:
             finish_friction(state, mu)
             return result, total
         result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
@@ -131,6 +133,8 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             copy_state(work.state, walk.kept)
             walk.push[0], walk.push[1] = work.state.fx[1], work.state.fy[1]
             left -= share
+            for c in range(3):
+                walk.last[c] = share * move[c]
             step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
@@ -266,6 +270,7 @@ def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
     side = 1.0 if problem.left else -1.0
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
+    walk.lost[0] = i > 0
     result, iterations = _approach(problem, d, walk, 0.0, tolerance, trace)
     if result == status.CONVERGED and problem.mu[d] > 0.0:
         result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
@@ -317,6 +322,7 @@ def trace_surfaces(problem, walk, tolerance, trace):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         straighten(walk)
+        walk.lost[0] = False
         known = _LOST
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
@@ -333,6 +339,12 @@ def trace_surfaces(problem, walk, tolerance, trace):
                 row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
                 row[rows.ITERATIONS] = iterations
                 rows.measure(problem, d, i, goal[0], goal[1], work, row)
+                if problem.mu[d] > 0.0 and walk.lost[0]:
+                    row[rows.LOST], row[rows.ESTIMATE] = (
+                        1.0,
+                        row[rows.ESTIMATE] + 2.0 * problem.mu[d],
+                    )
+                    walk.lost[0] = row[rows.STICKING] > 0.0
                 if trace.psi.shape[1] > 0:
                     _store_shape(problem, d, i, work.state, trace)
                 continue

@@ -34,7 +34,8 @@ class Walk(NamedTuple):
     direction of the finger's base; move: (3,) from there to the goal, by what the target itself
     moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
     the contact force in the last solved state; clear: (1,) how far the target is from the straight
-    finger, at least, where there is none.
+    finger, at least, where there is none. last: (3,) the part of the move before; lost: (1,) bool,
+    whether how contacts came to where they stick is not known.
     """
 
     work: SurfaceWork
@@ -48,6 +49,8 @@ class Walk(NamedTuple):
     turn: np.ndarray
     push: np.ndarray
     clear: np.ndarray
+    last: np.ndarray
+    lost: np.ndarray
 
 
 def make_walk(problem: NodalProblem) -> Walk:
@@ -65,6 +68,8 @@ def make_walk(problem: NodalProblem) -> Walk:
         np.zeros(1),
         np.zeros(2),
         np.zeros(1),
+        np.zeros(3),
+        np.zeros(1, np.bool_),
     )
 
 
@@ -77,6 +82,7 @@ def copy_state(source, target):
         target.force[k], target.shear[k] = source.force[k], source.shear[k]
         target.along[k], target.stuck[k] = source.along[k], source.stuck[k]
         target.anchor_x[k], target.anchor_y[k] = source.anchor_x[k], source.anchor_y[k]
+        target.pace[k], target.doubt[k] = source.pace[k], source.doubt[k]
         target.px[k], target.py[k], target.node[k] = source.px[k], source.py[k], source.node[k]
         target.seen_x[k], target.seen_y[k], target.seen[k] = (
             source.seen_x[k],

@@ -69,8 +69,11 @@ class Step:
         if problem.shear_flexibility.max() > 0.0:
             state.gamma[1 : size + 1] = rng.normal(0.0, 0.03, size)
         place_axis(problem, state, size)
-        place_surface(problem, 0, *PLACE, state, np.inf)
-        near = np.flatnonzero((state.gap < FAR) & (state.node > 0) & (state.node <= size))
+        x, y, angle = PLACE
+        place = (x, -y if problem.left else y, angle)  # on the side that touches
+        place_surface(problem, 0, *place, state, np.inf)
+        touches = (state.gap < FAR) & ((state.nx != 0.0) | (state.ny != 0.0))
+        near = np.flatnonzero(touches & (state.node > 0) & (state.node <= size))
         touching, stuck = np.array(touching, int), np.array(stuck, int)
         if problem.points.shape[1] > 0:  # of the target's points only few lie over the finger
             over = near[near > N + 1]
@@ -87,7 +90,7 @@ class Step:
         carry_forces(problem, 0, state, size)
         self.chain: Chain = make_chain(problem)
         self.chain.touching[self.touching] = True
-        self.dense = Dense(problem, state, PLACE)
+        self.dense = Dense(problem, state, place)
 
     def take(self, own: float = 1.0) -> int:
         return solve_chain(self.problem, 0, self.state, self.chain, self.size, own)
