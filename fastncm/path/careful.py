@@ -12,6 +12,7 @@ from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.points import constraint_count
 from fastncm.kernels.problem import Problem, mode_count
+from fastncm.kernels.shared import share
 from fastncm.path import newton, rows, several
 from fastncm.path.block import make_block, workspaces
 from fastncm.path.follow import Spare, approach, make_spare
@@ -89,7 +90,7 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
 
     Where the contact is not a single smooth one, the lane holds the resultant ``AS_STORED``.
     """
-    spare, work, rubbing, wide = tools
+    spare, work, rubbing, wide = tools.spare, tools.work, tools.rubbing, tools.wide
     d, mu = lanes.design[lane], lanes.mu[lane]
     for k in range(spare.u.shape[0]):
         spare.u_start[k] = walk.u[k, lane]
@@ -190,13 +191,9 @@ def trace_carefully(problem: Problem, options: Options, trace: Trace) -> None:
     _trace(problem, options, make_block(problem), tools, trace)
 
 
-@kernel
-def _trace(problem, options, block, tools, trace):
-    """Solve all positions of all designs by the SQP, in whatever form their constraints have.
-
-    options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
-    with a status.
-    """
+@inner
+def _solve_all(problem, options, block, tools, trace):
+    """`_trace` with shared records."""
     designs, positions = problem.positions.shape
     lanes, walk, measuring = workspaces(problem, block)
     for lane in range(LANES):
@@ -260,3 +257,13 @@ def _trace(problem, options, block, tools, trace):
                             rows.ALGEBRAIC * measuring.row[rows.RESIDUAL, lane] + discrete
                         )
                 store(i, lanes, measuring.row, trace)
+
+
+@kernel
+def _trace(problem, options, block, tools, trace):
+    """Solve all positions of all designs by the SQP, in whatever form their constraints have.
+
+    options: `sqp.solve.Options`; trace: `Trace`, zeros on entry. What does not converge is a row
+    with a status.
+    """
+    _solve_all(share(problem), options, block, share(tools), share(trace))

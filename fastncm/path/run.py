@@ -8,6 +8,7 @@ import numpy as np
 
 from fastncm.kernels.cache import kernel
 from fastncm.kernels.problem import Problem
+from fastncm.kernels.shared import share
 from fastncm.path.block import make_block, workspaces
 from fastncm.path.states import States, make_states, solve_all
 from fastncm.path.trace import Trace, make_trace, trace_paths
@@ -18,10 +19,11 @@ _NO_INDEX, _NO_POSITION = np.zeros(0, np.int64), np.zeros(0)
 @kernel
 def _run_lanes(problem, tolerance, longest, block, trace, states):
     """Solve all positions of all designs where `trace` has room for them, and all `states`."""
-    lanes, walk, measuring = workspaces(problem, block)
+    kept = share(problem)
+    lanes, walk, measuring = workspaces(kept, block)
     if trace.rows.shape[0] > 0:
-        trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace)
-    solve_all(problem, tolerance, lanes, measuring, states)
+        trace_paths(kept, tolerance, longest, lanes, walk, measuring, share(trace))
+    solve_all(kept, tolerance, lanes, measuring, share(states))
 
 
 def trace_lanes(problem: Problem, tolerance: float, longest: float, trace: Trace) -> None:

@@ -10,6 +10,7 @@ from fastncm.kernels.nodal import (
     contact_direction,
     place_axis,
 )
+from fastncm.kernels.shared import share
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import forget, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
@@ -308,13 +309,9 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
     return result, iterations
 
 
-@kernel
-def trace_surfaces(problem, walk, tolerance, trace):
-    """Solve all positions of all fingers.
-
-    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
-    converge is a row with a status.
-    """
+@inner
+def _trace(problem, walk, tolerance, trace):
+    """`trace_surfaces` with shared records."""
     work = walk.work
     intervals = problem.step.shape[0]
     for d in range(problem.positions.shape[0]):
@@ -353,3 +350,13 @@ def trace_surfaces(problem, walk, tolerance, trace):
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations
     trace.passes[0] += work.passes[0]
+
+
+@kernel
+def trace_surfaces(problem, walk, tolerance, trace):
+    """Solve all positions of all fingers.
+
+    walk: of `make_walk`; tolerance: of the KKT residual; trace: zeros on entry. What does not
+    converge is a row with a status.
+    """
+    _trace(share(problem), share(walk), tolerance, share(trace))
