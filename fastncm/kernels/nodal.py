@@ -87,13 +87,14 @@ class Nodal(NamedTuple):
     Of the contact points, (K,). node: on which they act, and after: (K,) the next one there, after
     first: (N + 1,), of the target's points (-1: none); px, py: place; gap, nx, ny, curvature:
     `kernels.distance`, in the base's frame (far from the target the gap is a lower bound); seen_x,
-    seen_y, seen: where in the target's frame the distance was last worked out, and what it was
-    (seen_x of a target's point: where on the finger); force: multiplier lambda; along: sense of
-    sliding, +1 where friction acts along ``t = (-ny, nx)``, 0 without; stuck: bool, held along t,
-    too, by the force shear; anchor_x, anchor_y: at this seen_x, seen_y; slide: how far it has moved
-    from there along t; bend: a target's point turns its normal by this per unit along the finger's
-    side. pace: slip per length of the target's move, where it slides; doubt: how far the place to
-    which it sticks may be off, or how far a sliding one may have come back.
+    seen_y, seen: where in the target's frame the distance was last worked out, and what it was (of
+    a target's point: s of the finger where it, or its arc, touches, and s beside itself); force:
+    multiplier lambda; along: sense of sliding, +1 where friction acts along ``t = (-ny, nx)``, 0
+    without; stuck: bool, held along t, too, by the force shear; anchor_x, anchor_y: at this seen_x,
+    seen_y; slide: how far it has moved from there along t; bend: a target's point turns its normal
+    by this per unit along the finger's side. pace: slip per length of the target's move, where it
+    slides; doubt: how far the place to which it sticks may be off, or how far a sliding one may
+    have come back.
     """
 
     psi: np.ndarray
@@ -343,8 +344,9 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     slope = (taper + side * sheared) / advance
     ex, ey = state.section_cos[j], state.section_sin[j]
     ox, oy = -side * ey, side * ex
+    along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
+    state.seen_y[k] = problem.arc[j] + along
     if problem.shape == ELLIPSE and problem.nodes_touch and (px != 0.0 or py != 0.0):
-        along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
         for _ in range(_TURNS):
             steep = slope + bend * along
             nx, ny = steep * ex - ox, steep * ey - oy
@@ -369,7 +371,7 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     state.seen_x[k] = problem.arc[j] + along
     if state.stuck[k]:
         across = ey * state.nx[k] - ex * state.ny[k]
-        state.slide[k] = (state.anchor_x[k] - state.seen_x[k]) * across
+        state.slide[k] = (state.anchor_y[k] - state.seen_y[k]) * across
 
 
 @inlined
