@@ -295,18 +295,26 @@ def _normal_of_end(problem, d, m):
 
 
 @inlined
+def _turn_to(problem, d, m, nx, ny):
+    """Angle from the outward normal of the ellipse `d` at its point `m` to the direction `nx`,
+    `ny`."""
+    mx, my = _normal_of_end(problem, d, m)
+    return np.arctan2(mx * ny - my * nx, mx * nx + my * ny)
+
+
+@inlined
 def _slide_to(problem, d, m, nx, ny):
     """The point of the ellipse `d` with the outward normal along `nx`, `ny`, in its own frame, or
-    the nearest to it up to half way from its point `m` to the next ones."""
+    the nearest to it half way from its point `m` to the next ones of this end."""
     a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]
+    count = problem.points.shape[1] // 2
+    low, high = 0.0, 0.0
+    for other in (m - 1, m + 1):
+        if 0 <= other and other // count == m // count:
+            half = 0.5 * _turn_to(problem, d, m, *_normal_of_end(problem, d, other))
+            low, high = min(low, half), max(high, half)
+    off = min(max(_turn_to(problem, d, m, nx, ny), low), high)
     mx, my = _normal_of_end(problem, d, m)
-    first_x, first_y = _normal_of_end(problem, d, 0)
-    next_x, next_y = _normal_of_end(problem, d, 1)
-    spacing = np.arctan2(
-        abs(first_x * next_y - first_y * next_x), first_x * next_x + first_y * next_y
-    )
-    off = np.arctan2(mx * ny - my * nx, mx * nx + my * ny)
-    off = min(max(off, -0.5 * spacing), 0.5 * spacing)
     sin, cos = np.sin(off), np.cos(off)
     ux, uy = cos * mx - sin * my, sin * mx + cos * my
     size = np.sqrt(a * a * ux * ux + b * b * uy * uy)

@@ -200,3 +200,20 @@ def test_nodes_beside_a_corner_leave_it_to_the_corner() -> None:
     assert state.nx[k] == state.ny[k] == 0.0
     place_surface(problem, 0, x + 0.1 / N, y + 3.0 / N, 0.0, state, np.inf)  # far past the node
     assert np.hypot(state.nx[k], state.ny[k]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("tilt", [-0.5, 0.0, 0.2, 0.9])
+def test_the_arc_of_a_needle_s_end_touches_not_its_points(tilt: float) -> None:
+    """Over a straight side without taper the least gap is that of the needle's outline itself."""
+    a, b = 0.002, 0.05
+    needle = {"target.semi_axes": [a, b], "finger.thickness": 0.01, "solver.intervals": N}
+    problem = lowered_surface(needle).problem
+    state = make_nodal(problem)
+    place_axis(problem, state, N)
+    t = np.linspace(0.0, 2.0 * np.pi, 400_001)
+    axes = problem.vertices[0, 0]
+    outline = axes * np.column_stack([np.cos(t), np.sin(t)])
+    highest = (np.sin(tilt) * outline[:, 0] + np.cos(tilt) * outline[:, 1]).max()
+    place_surface(problem, 0, 0.55, -0.5, tilt, state, np.inf)
+    gap = state.gap[N + 2 :].min()
+    assert gap == pytest.approx(0.5 + problem.offset[0, 1] - highest, abs=1e-9)
