@@ -28,8 +28,9 @@ _ALGEBRAIC_SHARE, _TIGHTEST, _LOOSEST = 1e-2, 1e-13, 1e-10
 #: Corners of a polygon are contact points where an edge beside them is longer than this part of an
 #: interval of the finger, or where the outline turns by this angle (rad) within an interval.
 _EDGE, _TURN = 1.0, 0.2
-#: Radius of curvature of an ellipse, in intervals, below which points of it are contact points.
-_RADIUS = 1.0
+#: No nodes touch up to this part of an interval (and less) beside a point of an ellipse; halvings
+#: that find where that is.
+_BESIDE, _HALVINGS = 0.6, 40
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
 _SHAPES = {
@@ -242,7 +243,7 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
             return np.zeros((len(vertices), 0, 2))
         if shape == "polygon":
             return np.ascontiguousarray(vertices[:, _sharp(vertices, interval)])
-        return _sharp_ends(vertices[:, 0], _RADIUS * interval)
+        return _sharp_ends(vertices[:, 0], interval)
     fraction = np.arange(scene.solver.points) / scene.solver.points
     if shape == "half-plane":  # as far as the finger reaches to both sides
         along = 4.0 * fraction - 2.0
@@ -259,33 +260,43 @@ def _target_points(scene: Scene, vertices: Array) -> Array:
     return np.ascontiguousarray(vertices * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
-def _sharp_ends(axes: Array, radius: float) -> Array:
+def _sharp_ends(axes: Array, interval: float) -> Array:
     """Points (D, M, 2) of the ellipses with the semi-axes `axes` (D, 2) where their radius of
-    curvature is below `radius`; M = 0 where no ellipse has any.
+    curvature is below an `interval`; M = 0 where no ellipse has any.
 
     About both ends of the longer axis the outline's normal turns by the same angle from point to
-    point. An ellipse without sharp ends has all its points in its centre, where nothing touches.
+    point, and on until the nodes beside the last ones touch. An ellipse without sharp ends has all
+    its points in its centre, where nothing touches.
     """
-    long, short = np.maximum(*axes.T), np.minimum(*axes.T)
+    long, short = np.maximum(*axes.T)[:, None], np.minimum(*axes.T)[:, None]
     # at the angle t between normal and long axis the radius is (long short)^2 / size^3 with
     # size^2 = short^2 + (long^2 - short^2) cos^2 t
-    size = ((long * short) ** 2 / radius) ** (2.0 / 3.0)
+    size = ((long * short) ** 2 / interval) ** (2.0 / 3.0)
     sharp = long**2 > size
     if not sharp.any():
         return np.zeros((len(axes), 0, 2))
     focal = np.where(long > short, long**2 - short**2, 1.0)
     limit = np.arccos(np.sqrt(np.clip((size - short**2) / focal, 0.0, 1.0)))
-    t = limit[:, None] * np.linspace(-1.0, 1.0, AROUND // 2 + 1)
-    cos, sin = np.cos(t), np.sin(t)
-    across, along = short[:, None] ** 2 * sin, long[:, None] ** 2 * cos
-    end = (
-        np.stack([along, across], axis=-1)
-        / np.hypot(long[:, None] * cos, short[:, None] * sin)[..., None]
-    )
+    low, high, last = limit, np.full_like(limit, 0.5 * np.pi), _outline(long, short, limit)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        away = np.linalg.norm(_outline(long, short, middle) - last, axis=-1)
+        low = np.where(away < _BESIDE * interval, middle, low)
+        high = np.where(away < _BESIDE * interval, high, middle)
+    end = _outline(long, short, high * np.linspace(-1.0, 1.0, AROUND // 2 + 1))
     points = np.concatenate([end, -end], axis=1)
     points = np.where((axes[:, 0] >= axes[:, 1])[:, None, None], points, points[..., ::-1])
-    found: Array = np.where(sharp[:, None, None], points, 0.0)
+    found: Array = np.where(sharp[:, :, None], points, 0.0)
     return found
+
+
+def _outline(long: Array, short: Array, angle: Array) -> Array:
+    """Points (D, K, 2), first along the longer axis, of ellipses where the normal is at the `angle`
+    (D, K) to it; long, short: (D, 1)."""
+    along, across = long * np.cos(angle), short * np.sin(angle)
+    size = np.hypot(along, across)[..., None]
+    point: Array = np.stack([long * along, short * across], axis=-1) / size
+    return point
 
 
 def _sharp(vertices: Array, interval: float) -> Array:

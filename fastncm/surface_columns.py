@@ -108,9 +108,10 @@ def _advice(picked: Array, number: Array, length: Array) -> Array:
             "few of the intervals; use a larger solver.intervals."
         )
     lost = (number == status.CONVERGED) & (picked[:, :, rows.LOST] > 0.0)
-    advice[lost] = (
-        "The finger could not be followed to here, as where it snaps: its contacts are taken to "
-        "have slid for long, and the error estimate covers any other friction."
+    advice[lost] += (
+        " The finger could not be followed to here, as where it snaps: the target was brought from "
+        "the side that touches, which may lead to another shape than the path does. Contacts are "
+        "taken to have slid for long; the error estimate covers any other friction."
     )
     return advice
 

@@ -87,13 +87,14 @@ class Nodal(NamedTuple):
     Of the contact points, (K,). node: on which they act, and after: (K,) the next one there, after
     first: (N + 1,), of the target's points (-1: none); px, py: place; gap, nx, ny, curvature:
     `kernels.distance`, in the base's frame (far from the target the gap is a lower bound); seen_x,
-    seen_y, seen: where in the target's frame the distance was last worked out, and what it was
-    (seen_x of a target's point: where on the finger); force: multiplier lambda; along: sense of
-    sliding, +1 where friction acts along ``t = (-ny, nx)``, 0 without; stuck: bool, held along t,
-    too, by the force shear; anchor_x, anchor_y: at this seen_x, seen_y; slide: how far it has moved
-    from there along t; bend: a target's point turns its normal by this per unit along the finger's
-    side. pace: slip per length of the target's move, where it slides; doubt: how far the place to
-    which it sticks may be off, or how far a sliding one may have come back.
+    seen_y, seen: where in the target's frame the distance was last worked out, and what it was (of
+    a target's point: s of the finger where it, or its arc, touches, and s beside itself); force:
+    multiplier lambda; along: sense of sliding, +1 where friction acts along ``t = (-ny, nx)``, 0
+    without; stuck: bool, held along t, too, by the force shear; anchor_x, anchor_y: at this seen_x,
+    seen_y; slide: how far it has moved from there along t; bend: a target's point turns its normal
+    by this per unit along the finger's side. pace: slip per length of the target's move, where it
+    slides; doubt: how far the place to which it sticks may be off, or how far a sliding one may
+    have come back.
     """
 
     psi: np.ndarray
@@ -294,18 +295,26 @@ def _normal_of_end(problem, d, m):
 
 
 @inlined
+def _turn_to(problem, d, m, nx, ny):
+    """Angle from the outward normal of the ellipse `d` at its point `m` to the direction `nx`,
+    `ny`."""
+    mx, my = _normal_of_end(problem, d, m)
+    return np.arctan2(mx * ny - my * nx, mx * nx + my * ny)
+
+
+@inlined
 def _slide_to(problem, d, m, nx, ny):
     """The point of the ellipse `d` with the outward normal along `nx`, `ny`, in its own frame, or
-    the nearest to it up to half way from its point `m` to the next ones."""
+    the nearest to it half way from its point `m` to the next ones of this end."""
     a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]
+    count = problem.points.shape[1] // 2
+    low, high = 0.0, 0.0
+    for other in (m - 1, m + 1):
+        if 0 <= other and other // count == m // count:
+            half = 0.5 * _turn_to(problem, d, m, *_normal_of_end(problem, d, other))
+            low, high = min(low, half), max(high, half)
+    off = min(max(_turn_to(problem, d, m, nx, ny), low), high)
     mx, my = _normal_of_end(problem, d, m)
-    first_x, first_y = _normal_of_end(problem, d, 0)
-    next_x, next_y = _normal_of_end(problem, d, 1)
-    spacing = np.arctan2(
-        abs(first_x * next_y - first_y * next_x), first_x * next_x + first_y * next_y
-    )
-    off = np.arctan2(mx * ny - my * nx, mx * nx + my * ny)
-    off = min(max(off, -0.5 * spacing), 0.5 * spacing)
     sin, cos = np.sin(off), np.cos(off)
     ux, uy = cos * mx - sin * my, sin * mx + cos * my
     size = np.sqrt(a * a * ux * ux + b * b * uy * uy)
@@ -343,8 +352,9 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     slope = (taper + side * sheared) / advance
     ex, ey = state.section_cos[j], state.section_sin[j]
     ox, oy = -side * ey, side * ex
+    along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
+    state.seen_y[k] = problem.arc[j] + along
     if problem.shape == ELLIPSE and problem.nodes_touch and (px != 0.0 or py != 0.0):
-        along = (state.px[k] - state.x[j]) * ex + (state.py[k] - state.y[j]) * ey
         for _ in range(_TURNS):
             steep = slope + bend * along
             nx, ny = steep * ex - ox, steep * ey - oy
@@ -369,7 +379,7 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     state.seen_x[k] = problem.arc[j] + along
     if state.stuck[k]:
         across = ey * state.nx[k] - ex * state.ny[k]
-        state.slide[k] = (state.anchor_x[k] - state.seen_x[k]) * across
+        state.slide[k] = (state.anchor_y[k] - state.seen_y[k]) * across
 
 
 @inlined

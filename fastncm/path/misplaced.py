@@ -1,12 +1,15 @@
 """How far beside its true place a contact force may act, which only nodes can carry.
 
 A node carries what the finger would carry up to half an interval beside it. A single contact sits
-at the vertex of the parabola through its gap and its neighbours'; one at the tip where the gap
-falls inwards from there, by the parabola of that slope. At an end of a longer contact, a
-force that stands out from the next two is a point load, between this node and the next; a smooth
-pressure is summed up to its end, and only a small share of it is misplaced. Moving a force along
-the finger changes its arm, and turns it with the target's normal.
+at the vertex of the parabola through its gap and its neighbours', or, where the target is sharper
+than an interval, anywhere between with another normal; one at the tip where the gap falls inwards
+from there, by the parabola of that slope. At an end of a longer contact, a force that stands out
+from the next two is a point load, between this node and the next; a smooth pressure is summed up to
+its end, and only a small share of it is misplaced. Moving a force along the finger changes its arm,
+and turns it with the target's normal.
 """
+
+import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
 
@@ -60,7 +63,17 @@ def _at_single(problem, state, k, first, last):
     beside = k - 1 if k > first else k + 1
     spacing = abs(_place(problem, state, beside) - _place(problem, state, k))
     off = min(0.5 * abs(before - after) / spread, 0.5)
-    return _change(problem, state, k, off * state.force[k], spacing)
+    change = _change(problem, state, k, off * state.force[k], spacing)
+    return max(change, _aslant(state, k) * state.force[k]) if problem.nodes_touch else change
+
+
+@inlined
+def _aslant(state, k):
+    """Cosine between the target's normal at node `k` and the side there, which are at right angles
+    where the node touches in its true place."""
+    along_x, along_y = state.px[k + 1] - state.px[k - 1], state.py[k + 1] - state.py[k - 1]
+    size = np.sqrt(along_x * along_x + along_y * along_y)
+    return abs(along_x * state.nx[k] + along_y * state.ny[k]) / size
 
 
 @inlined

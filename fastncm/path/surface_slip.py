@@ -31,7 +31,7 @@ def _slip(state, kept, motion, x, y, k):
     if k > state.first.shape[0]:  # a point of the target
         j = state.node[k]
         across = state.section_sin[j] * state.nx[k] - state.section_cos[j] * state.ny[k]
-        return (state.seen_x[k] - kept.seen_x[k]) * across
+        return (state.seen_y[k] - kept.seen_y[k]) * across
     vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
     dx, dy = vx - (state.px[k] - kept.px[k]), vy - (state.py[k] - kept.py[k])
     return dy * state.nx[k] - dx * state.ny[k]
@@ -58,6 +58,16 @@ def grip(state):
         state.pace[k], state.doubt[k] = 0.0, 0.0
 
 
+@inlined
+def _usual_pace(state):
+    """Mean pace of all contacts, weighted by their forces."""
+    total, weighted = 0.0, 0.0
+    for k in range(state.force.shape[0]):
+        total += state.force[k]
+        weighted += state.force[k] * state.pace[k]
+    return weighted / total if total > 0.0 else 0.0
+
+
 @inner
 def regrip(state, kept, motion, x, y, mu, turn, deflection, turned):
     """Change contacts of a solved state between stick and slip where their law is broken; turn:
@@ -67,6 +77,7 @@ def regrip(state, kept, motion, x, y, mu, turn, deflection, turned):
     Returns how many have changed.
     """
     changed = 0
+    usual = 0.0 if turned else _usual_pace(kept)
     length = np.sqrt(motion[0] * motion[0] + motion[1] * motion[1] + motion[2] * motion[2])
     for k in range(state.force.shape[0]):
         if state.force[k] <= 0.0:
@@ -80,7 +91,7 @@ def regrip(state, kept, motion, x, y, mu, turn, deflection, turned):
             continue
         slip = _slip(state, kept, motion, x, y, k)
         state.pace[k] = slip / length if length > 0.0 else 0.0
-        before = 0.0 if turned else kept.pace[k] * length
+        before = usual * length
         slowed = slip * state.along[k] < _SLOWED * before * state.along[k]
         state.doubt[k] = _DOUBT * (abs(slip) + abs(before)) if slowed else 0.0
         if slip * state.along[k] > -_SLIP_ROUNDING and state.along[k] != 0.0:

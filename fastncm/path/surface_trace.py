@@ -15,6 +15,9 @@ from fastncm.path import surface_rows as rows
 from fastncm.path.surface_predict import forget, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
 from fastncm.path.surface_way import (
+    AFRESH,
+    EARLIER,
+    FOLLOWED,
     arrive,
     base_overlap,
     copy_state,
@@ -139,7 +142,7 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
-            share *= 2.0
+            share = min(2.0 * share, longest)
             continue
         copy_state(walk.kept, work.state)
         forget(walk.strides)
@@ -271,7 +274,7 @@ def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
     side = 1.0 if problem.left else -1.0
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
-    walk.lost[0] = i > 0
+    walk.lost[0] = AFRESH if i > 0 else FOLLOWED
     result, iterations = _approach(problem, d, walk, 0.0, tolerance, trace)
     if result == status.CONVERGED and problem.mu[d] > 0.0:
         result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
@@ -319,7 +322,7 @@ def _trace(problem, walk, tolerance, trace):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         straighten(walk)
-        walk.lost[0] = False
+        walk.lost[0] = FOLLOWED
         known = _LOST
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
@@ -336,16 +339,17 @@ def _trace(problem, walk, tolerance, trace):
                 row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
                 row[rows.ITERATIONS] = iterations
                 rows.measure(problem, d, i, goal[0], goal[1], work, row)
-                if problem.mu[d] > 0.0 and walk.lost[0]:
-                    row[rows.LOST], row[rows.ESTIMATE] = (
-                        1.0,
-                        row[rows.ESTIMATE] + 2.0 * problem.mu[d],
-                    )
-                    walk.lost[0] = row[rows.STICKING] > 0.0
+                if walk.lost[0] != FOLLOWED:
+                    row[rows.LOST] = 1.0
+                    if walk.lost[0] == AFRESH or row[rows.STICKING] > 0.0:
+                        row[rows.ESTIMATE] += 2.0 * problem.mu[d]
+                    walk.lost[0] = EARLIER
                 if trace.psi.shape[1] > 0:
                     _store_shape(problem, d, i, work.state, trace)
                 continue
             known = _FREE if result == status.NO_CONTACT else _LOST
+            if known == _FREE:
+                walk.lost[0] = FOLLOWED
             overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations

@@ -24,6 +24,9 @@ from fastncm.sqp.surface_state import ROUNDING, SurfaceWork, make_surface_work
 _LARGEST_TURN, _SAME_WAY = 0.8, 0.5
 #: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
 _TOUCH = 1e-3
+#: How a finger in contact came here: along the path, at this position from beside the finger, since
+#: the target was not to be reached along the path, or at an earlier one.
+FOLLOWED, AFRESH, EARLIER = range(3)
 
 
 class Walk(NamedTuple):
@@ -34,8 +37,8 @@ class Walk(NamedTuple):
     direction of the finger's base; move: (3,) from there to the goal, by what the target itself
     moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
     the contact force in the last solved state; clear: (1,) how far the target is from the straight
-    finger, at least, where there is none. last: (3,) the part of the move before; lost: (1,) bool,
-    whether how contacts came to where they stick is not known.
+    finger, at least, where there is none. last: (3,) the part of the move before; lost: (1,)
+    whether the finger in contact was FOLLOWED from where there was none, or approached AFRESH.
     """
 
     work: SurfaceWork
@@ -69,7 +72,7 @@ def make_walk(problem: NodalProblem) -> Walk:
         np.zeros(2),
         np.zeros(1),
         np.zeros(3),
-        np.zeros(1, np.bool_),
+        np.zeros(1, np.int64),
     )
 
 

@@ -47,8 +47,10 @@ def bent(changes: dict, seed: int = 1, place=PLACE) -> tuple[NodalProblem, Nodal
 
 @pytest.mark.parametrize("changes", VARIANTS.values(), ids=VARIANTS)
 def test_nodes_and_gaps(changes: dict) -> None:
-    problem, state = bent(changes)
-    dense = Dense(problem, state, PLACE)
+    left = changes.get("finger.side") == "left"
+    place = (PLACE[0], -PLACE[1], PLACE[2]) if left else PLACE
+    problem, state = bent(changes, place=place)
+    dense = Dense(problem, state, place)
     u = dense.unknowns()
     nodes = dense.nodes(u)
     np.testing.assert_allclose(np.column_stack([state.x, state.y]), nodes, atol=1e-15)
@@ -165,3 +167,53 @@ def test_every_contact_point_is_met_once() -> None:
             met.append(k)
             k = next_contact(state, k, j)
     assert sorted(met) == list(range(len(state.gap)))
+
+
+def test_what_lies_behind_the_side_does_not_touch_it() -> None:
+    """A target below touches the right side, and none of the left side's nodes but the tip's."""
+    touching = []
+    for side in ("right", "left"):
+        problem, state = bent({"finger.side": side})
+        inner = slice(1, len(problem.step))
+        touching.append(np.hypot(state.nx[inner], state.ny[inner]) > 0.5)
+    assert touching[0].all()
+    assert not touching[1].any()
+
+
+def test_nodes_beside_a_corner_leave_it_to_the_corner() -> None:
+    """A needle's point just in the side, next to a node: both its edges are nearer to the node than
+    any that could hold the side; the depth of the node stays known."""
+    needle = {
+        "target.shape": "polygon",
+        "target.vertices": [[0.0, 0.0], [-0.01, -0.3], [0.01, -0.3]],
+    }
+    problem = lowered_surface({"solver.intervals": N} | needle).problem
+    state = make_nodal(problem)
+    place_axis(problem, state, N)
+    k, tip = 5, N
+    place_surface(problem, 0, 0.0, -10.0, 0.0, state, np.inf)
+    x, y = state.px[k], state.py[k]
+    place_surface(problem, 0, x + 0.1 / N, y + 0.02, 0.0, state, np.inf)
+    corner = tip + 2 + int(np.argmax(problem.points[0, :, 1]))
+    assert state.gap[corner] == pytest.approx(-0.02, rel=0.1)
+    assert state.gap[k] == max(state.seen[k], 0.0)
+    assert state.nx[k] == state.ny[k] == 0.0
+    place_surface(problem, 0, x + 0.1 / N, y + 3.0 / N, 0.0, state, np.inf)  # far past the node
+    assert np.hypot(state.nx[k], state.ny[k]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("tilt", [-0.5, 0.0, 0.2, 0.9])
+def test_the_arc_of_a_needle_s_end_touches_not_its_points(tilt: float) -> None:
+    """Over a straight side without taper the least gap is that of the needle's outline itself."""
+    a, b = 0.002, 0.05
+    needle = {"target.semi_axes": [a, b], "finger.thickness": 0.01, "solver.intervals": N}
+    problem = lowered_surface(needle).problem
+    state = make_nodal(problem)
+    place_axis(problem, state, N)
+    t = np.linspace(0.0, 2.0 * np.pi, 400_001)
+    axes = problem.vertices[0, 0]
+    outline = axes * np.column_stack([np.cos(t), np.sin(t)])
+    highest = (np.sin(tilt) * outline[:, 0] + np.cos(tilt) * outline[:, 1]).max()
+    place_surface(problem, 0, 0.55, -0.5, tilt, state, np.inf)
+    gap = state.gap[N + 2 :].min()
+    assert gap == pytest.approx(0.5 + problem.offset[0, 1] - highest, abs=1e-9)

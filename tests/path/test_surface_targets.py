@@ -72,6 +72,29 @@ def test_which_corners_are_contact_points() -> None:
     assert corners(middles + 0.0005 * np.column_stack([np.cos(t), np.sin(t)])) == 24
 
 
+def test_sharp_ends_are_on_the_ellipse_and_blunt_ones_are_not_needed() -> None:
+    """Where the radius of curvature, (a b)^2 / (b^2 cos^2 + a^2 sin^2)^1.5 at the end of a, is
+    below an interval, and nowhere where it is not."""
+    finger = RUBBER.finger.length
+
+    def points(a: float, b: float) -> np.ndarray:
+        return lowered_surface({"target.semi_axes": [a, b]}).problem.points[0] * finger
+
+    interval = finger / RUBBER.solver.intervals
+    assert len(points(0.07, 0.05)) == 0
+    for a, b in ((0.07, 0.002), (0.002, 0.07), (0.0008, 0.001)):
+        found = points(a, b)
+        np.testing.assert_allclose((found / [a, b]) ** 2 @ [1.0, 1.0], 1.0, rtol=1e-12)
+        ends = [[a, 0.0], [-a, 0.0]] if a > b else [[0.0, b], [0.0, -b]]
+        for end in ends:
+            assert np.hypot(*(found - end).T).min() < 1e-12
+        normal = found / [a * a, b * b]
+        radius = (a * b) ** 2 * np.hypot(*normal.T) ** 3
+        assert radius.min() < interval
+        half = found[: len(found) // 2]
+        assert np.hypot(*np.diff(half, axis=0).T).max() < 0.5 * interval
+
+
 def test_a_circle_is_an_ellipse_with_equal_axes() -> None:
     circle = solved_surface({"target.shape": "circle", "target.radius": 0.07}, ANGLES)
     ellipse = solved_surface({"target.semi_axes": [0.07, 0.07 * (1.0 + 1e-9)]}, ANGLES)

@@ -1,0 +1,68 @@
+"""Never wrong in silence: random extreme scenes whose converged rows once were far beyond their
+estimates.
+
+The truth is the same scene with eight times as many intervals. A true error above ten times the
+estimate is wrong; where the finger could not be followed along the path, the advice must say so.
+"""
+
+import extremes
+import numpy as np
+import pandas as pd
+import pytest
+
+import fastncm
+
+pytestmark = pytest.mark.compiled
+WRONG, FINER = 10.0, 8
+TOLD = "could not be followed"
+COLUMNS = ["force_x_N", "force_y_N"]
+
+
+def solved(kind: str, index: int, **changes: object) -> pd.DataFrame:
+    made = extremes.one(kind, index) | {name.replace("_", "."): v for name, v in changes.items()}
+    return fastncm.solve(fastncm.load_scene(extremes.base_scene(kind)).replace(made)).frame()
+
+
+@pytest.mark.parametrize(
+    ("kind", "index"),
+    [
+        pytest.param("polygon", 10, id="a node in the edges beside the corner that touches"),
+        pytest.param("polygon", 81, id="a slender corner between two nodes"),
+        pytest.param("polygon", 99, id="edges behind the side"),
+        pytest.param("polygon", 198, id="one jump onto a needle, with friction"),
+        pytest.param("polygon", 35, id="friction whose history is lost"),
+        pytest.param("polygon", 1, id="a corner against the printed section"),
+        pytest.param("ellipse", 38, id="the end of a needle, with friction"),
+        pytest.param("ellipse", 155, id="the end of a needle"),
+        pytest.param("ellipse", 298, id="where a sharp end becomes a flank"),
+        pytest.param("ellipse", 62, id="sticking that began somewhere between two rows"),
+        pytest.param("ellipse", 200, id="sliding that turned in one long move"),
+    ],
+)
+def test_no_row_is_far_beyond_its_estimate(kind: str, index: int) -> None:
+    intervals = FINER * int(extremes.one(kind, index)["solver.intervals"])
+    rows, truth = solved(kind, index), solved(kind, index, solver_intervals=intervals)
+    both = (rows["status"] == "converged") & (truth["status"] == "converged")
+    assert both.any()
+    rows, truth = rows[both], truth[both]
+    off = np.hypot(*(rows[COLUMNS] - truth[COLUMNS]).to_numpy().T)
+    error = off / np.hypot(*truth[COLUMNS].to_numpy().T)
+    wrong = error > WRONG * rows["error_estimate"] + truth["error_estimate"] + 1e-9
+    assert rows["advice"][wrong].str.contains(TOLD).all()
+
+
+def test_a_finger_that_could_not_be_followed_says_so() -> None:
+    """It snaps on its way, and its friction may be any within the cone there: the estimate covers
+    that, and the advice stays while contact lasts."""
+    rows = solved("ellipse", 62)
+    assert (rows["status"] == "converged").all()
+    told = rows["advice"].str.contains(TOLD).to_numpy()
+    first = int(told.argmax())
+    assert first > 0
+    assert told[first:].all()
+    assert rows["error_estimate"][first] > 2.0 * extremes.one("ellipse", 62)["friction.mu"]
+
+
+def test_rows_along_a_common_path_are_followed() -> None:
+    scene = fastncm.load_scene("rubber-ellipse").replace({"friction.mu": 0.3})
+    assert not fastncm.solve(scene).frame()["advice"].str.contains(TOLD).any()
