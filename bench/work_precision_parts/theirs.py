@@ -10,6 +10,7 @@ import pandas as pd
 from support import rivals
 from support.rivals_bvp import BvpRival
 from support.rivals_paper import PaperRival
+from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 from support.rivals_surface import SurfaceRival
 
@@ -26,6 +27,7 @@ ORDERS = (4, 6)
 SLSQP_FTOL = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15)
 TRUST_TOL = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 IPOPT_TOL = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
+ROOT_TOL = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 BVP_TOL = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 PAPER_ORDERS = (4, 6, 8)
 PAPER_POINTS = {"snapfit-circle": 50, "snapfit-corner": 20}
@@ -72,6 +74,12 @@ def jaw_rows(problem: Problem) -> Iterator[Row]:
             for tolerance in IPOPT_TOL:
                 rival = IpoptRival(case, 6, tolerance)
                 yield path_row(problem, "IPOPT", "order 6", f"tol {tolerance:g}", rival)
+    for method in ("root", "least_squares"):
+        for order in ORDERS:
+            for tolerance in ROOT_TOL:
+                rival = RootRival(case, method, order, tolerance)
+                setting = f"tol {tolerance:g}"
+                yield path_row(problem, method, f"order {order}", setting, rival)
     for tolerance in BVP_TOL:
         yield path_row(problem, "solve_bvp", "", f"tol {tolerance:g}", BvpRival(case, tolerance))
     points = PAPER_POINTS[problem.name]
