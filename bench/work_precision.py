@@ -2,9 +2,9 @@
 algorithm and the design guides' formula, on the same positions, one core, one process.
 
 The error is that of the contact force, the largest over the positions, relative to the true force:
-by shooting on the exact equilibrium equation for the snap-fits (good to 1e-12), by our own solve
-with 10,000 intervals for rubber-ellipse, where no exact solution is known to us; its distance from
-5,000 intervals is taken for its error. Time is CPU time, the best of several runs, without
+by shooting on the exact equilibrium equations, for the snap-fits with one contact (good to 1e-12),
+for rubber-ellipse with a surface that lies on the ellipse (`tests/shooting_surface.py`).
+Time is CPU time, the best of several runs, without
 compilation and setting up. Every solver follows the path from position to position and starts from
 what it has solved; rivals get what makes them fast (see `support/rivals*.py`).
 """
@@ -70,7 +70,7 @@ def headlines() -> list[str]:
         f"snapfit-circle to 1e-6 takes fastncm {ours_us:.2g} µs a solve in a sweep and "
         f"{alone:.2g} µs where one path is all there is to solve; the quickest rival, {best}, "
         f"takes {theirs_us:.3g} µs: {theirs_us / ours_us:.0f} and {theirs_us / alone:.1f} times "
-        f"as long; the quickest that looks for the contact itself, {seeks}, {seeks_us:.3g} µs.",
+        f"as long; the quickest optimiser, {seeks}, takes {seeks_us:.3g} µs.",
         f"`solver.rtol` costs at most {excess:.2f} times the best setting by hand.",
         f"The beam itself is {100 * model.min():.2g} to {100 * model.max():.2g} % off finite "
         f"elements; the design guides' formula is {off.min():.0f} to {off.max():+.0f} % off in "
@@ -109,16 +109,17 @@ def section() -> str:
 
 INTRODUCTION = """\
 Error: of the contact force, the largest over the positions, relative to the true force there: by
-shooting for the snap-fits, by fastncm with 10,000 intervals for rubber-ellipse (see below).
+shooting on the exact equations, for rubber-ellipse with the surface lying on the ellipse.
 Time: CPU time a solve, best of several runs, without compiling and setting up. "In a sweep":
 `solve_cases` with designs that differ, everything included; "alone": the solves of a single path,
 its events located, too. All optimisers solve the same discretisation, with exact compiled
 derivatives and warm starts extrapolated from the positions before, and are told which part of the
-jaw touches; they take no friction, which has no energy. `root` and `least_squares` (SciPy's MINPACK)
-get the equilibrium of the sliding contact as a square system, with friction, an exact compiled
-Jacobian and the same starts; they are told that there is one contact, which slides. The paper's algorithm (monomials, M points,
-BFGS) has a merit function in its line search, except where "printed line search" is said, and
-friction by (14)-(17); on rubber-ellipse it is its shear energy (5), given to SLSQP."""
+jaw touches; they take no friction, which has no energy. `root` and `least_squares` (MINPACK by
+SciPy) get the equilibrium of the sliding contact as a square system, with friction, an exact
+compiled Jacobian and the same starts; they are told that there is one contact, which slides. The
+paper's algorithm (monomials, M points, BFGS) has a merit function in its line search, except where
+"printed line search" is said, and friction by (14)-(17); on rubber-ellipse it is
+its shear energy (5), given to SLSQP."""
 
 
 if __name__ == "__main__":

@@ -29,6 +29,8 @@ KEPT = {
               "solver.contact", "model.section", *SMALL),
 }  # fmt: skip
 
+NAMES = tuple(dict.fromkeys(KEPT["jaws"] + KEPT["sides"]))
+
 
 def contact_of(kind: str) -> str:
     """Which of KEPT holds for a kind of scene."""
@@ -39,12 +41,9 @@ def folder() -> Path:
     """Where the files of this package and these scenes are."""
     digest = hashlib.sha256()
     package = Path(fastncm.__file__).parent
-    for file in [
-        *sorted(package.rglob("*.py")),
-        Path(extremes.__file__),
-        Path(atlas_runs.__file__),
-    ]:
+    for file in [*sorted(package.rglob("*.py")), Path(extremes.__file__)]:
         digest.update(file.read_bytes())
+    digest.update(repr(KEPT).encode())
     return ROOT / "results" / "atlas" / digest.hexdigest()[:16]
 
 
@@ -79,7 +78,9 @@ def _file(home: Path, kind: str, first: int, count: int) -> Path:
 def _solve(home: Path, kind: str, first: int, count: int) -> str:
     """Solve `count` scenes from `first` on and write their deepest rows."""
     begin = time.process_time()
-    last = atlas_runs.last_rows(atlas_runs.run_block(kind, first // extremes.BLOCK, count))
+    columns = atlas_runs.scenes(kind, first // extremes.BLOCK, count)
+    last = deepest(kind, columns).assign(kind=kind)
+    last["index"] += first
     kept = last[list(KEPT[contact_of(kind)])]
     with np.errstate(over="ignore"):  # an estimate may be beyond single precision
         kept = kept.astype(dict.fromkeys(SMALL, np.float32) | {"index": np.int32})
@@ -90,3 +91,24 @@ def _solve(home: Path, kind: str, first: int, count: int) -> str:
     kept.to_parquet(temporary)
     temporary.replace(file)
     return f"{kind} from {first}, {count} scenes, {seconds:.0f} s of CPU time"
+
+
+def deepest(kind: str, columns: extremes.Columns) -> pd.DataFrame:
+    """The deepest row of each scene of a table. A scene for which the package raises an exception
+    has the status "exception"; its advice says which."""
+    count = len(columns["finger.length"])
+    try:
+        return atlas_runs.last_rows(atlas_runs.run_columns(kind, columns))
+    except Exception as error:
+        if count == 1:
+            row = {name: str(columns[name][0]) for name in NAMES if name in columns}
+            row |= {"friction.mu": columns["friction.mu"][0], "index": 0, "status": "exception"}
+            row |= {"contacts": 0, "iterations": 0, "advice": f"{type(error).__name__}: {error}"}
+            return pd.DataFrame([{name: row.get(name, np.nan) for name in NAMES}])
+    half = count // 2
+    parts = [
+        deepest(kind, {name: column[part] for name, column in columns.items()})
+        for part in (slice(half), slice(half, count))
+    ]
+    parts[1]["index"] += half
+    return pd.concat(parts, ignore_index=True)

@@ -17,7 +17,7 @@ import shooting_many
 
 import fastncm
 from fastncm.scene import Scene
-from support import atlas_runs, atlas_slsqp
+from support import atlas_bulk, atlas_runs, atlas_slsqp
 
 SNAP = "the branch from first touch ends at a limit point (snap)"
 LOCKS = "friction locks"
@@ -26,7 +26,8 @@ FAR_CORNER = "far corner of a short block"
 OVERLAP = "the target cannot be got out of the way"
 COVERED = "the target covers the clamp"
 UNSOLVED = "not solved"
-CAUSES = {"snaps": SNAP, "with one contact": LOCKS, "overlap": OVERLAP}
+RAISES = "the package raises an exception"
+CAUSES = {"snaps": SNAP, "with one contact": LOCKS, "overlap": OVERLAP, "Error:": RAISES}
 """What the advice says, and the cause."""
 JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},
@@ -87,7 +88,7 @@ def solve_again(kind: str, indices: np.ndarray, changes: Mapping[str, object]) -
         columns = {name: column[rows] for name, column in draw(kind, int(block)).items()}
         for name, value in changes.items():
             columns[name] = np.full(len(rows), value, dtype=object)
-        table = atlas_runs.last_rows(atlas_runs.run_columns(kind, columns))
+        table = atlas_bulk.deepest(kind, columns)
         found.append(table.assign(index=rows[table["index"]] + block * extremes.BLOCK))
     return pd.concat(found, ignore_index=True)
 

@@ -76,7 +76,7 @@ def model_line(ax: Axes, models: pd.DataFrame, scene: str, mu: float, at: float)
 
 
 def limits(ax: Axes, scene: str) -> None:
-    ax.set_ylim((1e-7 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
+    ax.set_ylim((1e-8 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
 
 
 def draw_rivals(table: pd.DataFrame, models: pd.DataFrame) -> None:
