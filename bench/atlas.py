@@ -30,8 +30,8 @@ from support.atlas_runs import extremes
 
 JAW_SCENES = 2_000
 """Scenes of each of the six kinds of jaws; 16,667 are 100,000 in all."""
-SIDE_SCENES = 2_500
-"""Scenes of each of the four kinds of direct contact; 25,000 are 100,000 in all."""
+SIDE_SCENES = 25_000
+"""Scenes of each of the four kinds of direct contact, 100,000 in all."""
 SHOT_SCENES = 500
 """Scenes of each kind of jaws that are compared with shooting."""
 FINER_SCENES = 40

@@ -8,16 +8,13 @@ the target covers the clamp, which no bending can clear.
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
 
 import extremes
 import numpy as np
 import pandas as pd
 import shooting_many
 
-import fastncm
-from fastncm.scene import Scene
-from support import atlas_bulk, atlas_runs, atlas_slsqp
+from support import atlas_bulk, atlas_overlaps, atlas_runs, atlas_slsqp
 
 SNAP = "the branch from first touch ends at a limit point (snap)"
 LOCKS = "friction locks"
@@ -35,8 +32,6 @@ JAW_WAYS: tuple[dict[str, object], ...] = (
 )
 SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 100},)
 FRICTION_STEPS = 10
-PENETRATION = 1e-5
-"""Finger lengths by which the jaw's points may be inside the target in a proof by shooting."""
 
 
 def failed(table: pd.DataFrame) -> pd.Series:
@@ -59,24 +54,13 @@ def described(table: pd.DataFrame) -> pd.DataFrame:
     for at in np.flatnonzero(table["status"] == "no_contact"):
         kind, index = str(table["kind"].iat[at]), int(table["index"].iat[at])
         overlaps[at] = (
-            side_overlaps(kind, index) if kind in extremes.SIDE_KINDS else jaw_overlaps(kind, index)
+            atlas_overlaps.side_overlaps(kind, index)
+            if kind in extremes.SIDE_KINDS
+            else atlas_overlaps.jaw_overlaps(kind, index)
         )
     snapped = table["advice"].str.contains("snaps", regex=False)
     described = table.assign(cause=causes(table), snapped=snapped, overlaps=overlaps)
     return described.drop(columns="advice")
-
-
-@lru_cache(maxsize=2)
-def _jaw_block(kind: str, block: int) -> extremes.Columns:
-    return extremes.jaw_block(kind, block)
-
-
-def jaw_overlaps(kind: str, index: int) -> bool:
-    """Whether the undeformed jaw's edge is inside the target at the path's end."""
-    columns = _jaw_block(kind, index // extremes.BLOCK)
-    shape = atlas_slsqp.shape_of(columns, index % extremes.BLOCK)
-    gaps = atlas_slsqp.gaps(shape, np.array([1.0, 0.0, 0.0]))
-    return bool(gaps[: atlas_slsqp.EDGE_POINTS].min() < -PENETRATION)
 
 
 def solve_again(kind: str, indices: np.ndarray, changes: Mapping[str, object]) -> pd.DataFrame:
@@ -184,7 +168,7 @@ def slide(kind: str, smooth: pd.DataFrame, mu: np.ndarray) -> np.ndarray:
             claim = shooting_many.Claim(truth.force, truth.contact, truth.pose)
         for i in np.flatnonzero(good):
             shape = atlas_slsqp.shape_of(columns, int(rows[i]))
-            good[i] = atlas_slsqp.gaps(shape, truth.pose[i]).min() > -PENETRATION
+            good[i] = atlas_slsqp.gaps(shape, truth.pose[i]).min() > -atlas_overlaps.PENETRATION
         found[here] = good
     return found
 
@@ -195,52 +179,6 @@ def _left(vectors: np.ndarray) -> np.ndarray:
 
 def _in_direct_contact(kind: str, table: pd.DataFrame) -> pd.DataFrame:
     by = _by_settings(kind, table, SIDE_WAYS)
-    covered = [clamp_is_covered(kind, int(index)) for index in table["index"]]
+    covered = [atlas_overlaps.clamp_is_covered(kind, int(index)) for index in table["index"]]
     cause = table["cause"].mask(covered, COVERED)
     return table.assign(solved_by=by.to_numpy(), cause=cause)
-
-
-def _undeformed(kind: str, index: int) -> tuple[Scene, np.ndarray]:
-    """A scene of direct contact and its undeformed finger's nodes (N + 1, 2) at the path's end,
-    those of the surface that touches, the clamp first, seen from the target's reference point."""
-    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.one(kind, index))
-    where, finger = scene.pose(scene.path.stop), scene.finger
-    along = np.array([np.cos(where.base_angle), np.sin(where.base_angle)])
-    s = np.linspace(0.0, finger.length, scene.solver.intervals + 1)
-    half = 0.5 * np.interp(s, *np.transpose(finger.stations)) * (scene.model.surface == "side")
-    half *= 1.0 if finger.side == "right" else -1.0
-    side = (finger.offset + s)[:, None] * along + half[:, None] * [along[1], -along[0]]
-    return scene, side - [where.target_x, where.target_y]
-
-
-def clamp_is_covered(kind: str, index: int) -> bool:
-    """Whether the touching surface's end at the clamp is inside the target at the path's end."""
-    scene, nodes = _undeformed(kind, index)
-    return bool(inside(scene, nodes)[0])
-
-
-def side_overlaps(kind: str, index: int) -> bool:
-    """Whether a node of the undeformed finger is inside the target at the path's end. Points on the
-    target (10b) do not see all of it, as they are known to."""
-    scene, nodes = _undeformed(kind, index)
-    coarse = scene.solver.contact == "points-on-target"
-    return not coarse and bool(inside(scene, nodes)[1:].any())
-
-
-def inside(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """Whether points (n, 2), seen from the target's reference point, are inside the target (n,), by
-    more than PENETRATION of its size."""
-    target = scene.target
-    if target.shape == "polygon":
-        corners = np.array(target.vertices)
-        ahead = np.roll(corners, -1, axis=0) - corners
-        away = points[:, None] - corners
-        depth = ahead[:, 0] * away[..., 1] - ahead[:, 1] * away[..., 0]
-        depth /= np.hypot(*ahead.T) * np.hypot(*ahead.T).max()
-        return np.asarray((depth > PENETRATION).all(axis=1))
-    cos, sin = np.cos(target.tilt), np.sin(target.tilt)
-    u, v = points @ [cos, sin], points @ [-sin, cos]
-    if target.shape == "half-plane":
-        return np.asarray(v < -PENETRATION * scene.finger.length)
-    a, b = (target.radius, target.radius) if target.shape == "circle" else target.semi_axes
-    return np.asarray((u / a) ** 2 + (v / b) ** 2 < 1.0 - PENETRATION)
