@@ -11,7 +11,10 @@ from support import ROOT, machine
 STUDIES = (
     "work_precision",
     "profiles",
+    "throughput",
+    "ipopt",
     "convergence",
+    "direct_contact",
     "finite_elements",
     "calculix",
     "friction",

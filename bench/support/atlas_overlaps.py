@@ -1,5 +1,5 @@
-"""What an undeformed finger of the atlas overlaps, judged by the scene's description alone: claims of
-no contact, and targets that no bending can clear."""
+"""What an undeformed finger of the atlas overlaps, judged by the scene's description alone: claims
+of no contact, and targets that no bending can clear."""
 
 from functools import lru_cache
 
