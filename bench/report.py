@@ -11,6 +11,7 @@ from support import ROOT, machine
 STUDIES = (
     "work_precision",
     "profiles",
+    "profiles_direct",
     "throughput",
     "ipopt",
     "convergence",

@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-import shooting_surface
-from support import DATA, shooting
+from support import DATA, shooting, shooting_surface
 
 import fastncm
 from fastncm.scene import Scene
