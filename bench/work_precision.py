@@ -35,9 +35,7 @@ def main() -> None:
     for mu in SURFACE_FRICTIONS:
         problem = surface_problem(mu)
         about.append((problem.name, mu, problem.truth_error, problem.model_error))
-        rows += ours.surface_rows(problem)
-        if mu == 0.0:
-            rows += theirs.surface_rows(problem)
+        rows += [*ours.surface_rows(problem), *theirs.surface_rows(problem)]
         print(f"{problem.name}, mu = {mu}: {len(rows)} rows so far")
     table = pd.DataFrame(rows)
     models = pd.DataFrame(about, columns=["scene", "mu", "truth_error", "model_error"])
@@ -116,10 +114,11 @@ its events located, too. All optimisers solve the same discretisation, with exac
 derivatives and warm starts extrapolated from the positions before, and are told which part of the
 jaw touches; they take no friction, which has no energy. `root` and `least_squares` (MINPACK by
 SciPy) get the equilibrium of the sliding contact as a square system, with friction, an exact
-compiled Jacobian and the same starts; they are told that there is one contact, which slides. The
+compiled Jacobian and the same starts; they are told that there is one contact, which slides.
+"Shooting" is the reference of rubber-ellipse (`solve_ivp` and `root`) at looser tolerances. The
 paper's algorithm (monomials, M points, BFGS) has a merit function in its line search, except where
-"printed line search" is said, and friction by (14)-(17); on rubber-ellipse it is
-its shear energy (5), given to SLSQP."""
+"printed line search" is said, and friction by (14)-(17); on rubber-ellipse it is its shear energy
+(5), given to SLSQP."""
 
 
 if __name__ == "__main__":

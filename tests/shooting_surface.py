@@ -87,7 +87,7 @@ def solve(
     z = found.x * scale
     closed = float(np.abs(found.fun).max())
     _, pressure = _miss(finger, base, centre, z, local)
-    if not closed < CLOSED or pressure < 0.0:
+    if not closed < max(CLOSED, 1e2 * local) or pressure < 0.0:
         raise ValueError(f"no equilibrium at {base}: {found.message}, {closed:.0e}, {pressure:.3g}")
     return Touch(z[:2], z[3:], z, pressure, closed)
 

@@ -16,7 +16,7 @@ JAW_FIRST = 0.05
 SURFACE_POSITIONS = 25
 START_INTERVALS = 360
 """Of the package's answer from which the exact one is sought in direct contact."""
-COARSE_ERROR = 1e-10
+COARSE_ERROR = 1e-11
 """Of an integration that shows the error of the finer one."""
 SMALL_ELLIPSE = {
     "finger.length": 0.127,
@@ -89,21 +89,29 @@ def surface_problem(mu: float, count: int = SURFACE_POSITIONS) -> Problem:
 def surface_truth(
     scene: Scene, mu: float, positions: np.ndarray, local: float | None = None
 ) -> np.ndarray:
-    """Forces (P, 2) in N on rubber-ellipse by shooting on the continuum; friction drags the
-    touching side towards the clamp."""
-    finger = shooting_surface.Finger(mu=-mu)
-    curve = fastncm.solve(scene.replace({"solver.intervals": START_INTERVALS}))
+    """Forces (P, 2) in N on rubber-ellipse by shooting on the continuum."""
     found = []
-    for i, row in enumerate(curve.frame().itertuples()):
-        pose = scene.pose(positions[i])
-        moment = curve.shape(i)["moment_Nm"].iloc[0]
-        start = [row.force_x_N, row.force_y_N, moment, row.contact_from_m, row.contact_to_m]
+    for position, start in zip(positions, surface_starts(scene), strict=True):
+        pose = scene.pose(position)
         centre = np.array([pose.target_x, pose.target_y])
         options = {} if local is None else {"local": local}
-        found.append(
-            shooting_surface.solve(finger, positions[i], centre, np.array(start), **options).force
-        )
+        touch = shooting_surface.solve(continuum(mu), position, centre, start, **options)
+        found.append(touch.force)
     return np.array(found)
+
+
+def continuum(mu: float) -> shooting_surface.Finger:
+    """rubber-ellipse with friction that drags the touching side towards the clamp."""
+    return shooting_surface.Finger(mu=-mu)
+
+
+def surface_starts(scene: Scene) -> np.ndarray:
+    """The package's answers from which the exact ones are sought: (P, 5) unknowns."""
+    curve = fastncm.solve(scene.replace({"solver.intervals": START_INTERVALS}))
+    names = ["force_x_N", "force_y_N", "contact_from_m", "contact_to_m"]
+    found = curve.frame()[names].to_numpy(dtype=float)
+    moments = [curve.shape(i)["moment_Nm"].iloc[0] for i in range(len(found))]
+    return np.insert(found, 2, moments, axis=1)
 
 
 def ellipse_model_error() -> float:
