@@ -7,10 +7,18 @@ from dataclasses import replace
 
 import extremes
 import numpy as np
+import pandas as pd
 import pytest
 import shooting
 import shooting_many
-from support import atlas_failures, atlas_runs, atlas_slsqp, atlas_text
+from support import (
+    atlas_bulk,
+    atlas_failures,
+    atlas_overlaps,
+    atlas_runs,
+    atlas_slsqp,
+    atlas_text,
+)
 
 import fastncm
 
@@ -153,3 +161,44 @@ def test_tapers_of_any_ratio_converge(taper: float) -> None:
     assert curve.order <= 20
     error = abs(row["normal_force_N"] / truth.normal_force - 1.0)
     assert error <= 10.0 * row["error_estimate"] <= 1e-5
+
+
+def test_rates_of_unsolved_scenes_by_hand() -> None:
+    """Of 1,000 scenes 20 have failed, 10 of them tried: 2 solved by smaller steps, 1 by SLSQP."""
+    cause = [""] * 980 + ["not solved"] * 20
+    table = pd.DataFrame({"cause": cause, "friction.mu": 0.0})
+    by = ["path.steps = 200"] * 2 + ["SLSQP"] + [""] * 7
+    tried = pd.DataFrame({"cause": "not solved", "friction.mu": 0.0, "solved_by": by})
+    tried = tried.assign(kind="circle", index=range(10))
+    (row,) = atlas_text.existing(table, tried).itertuples()
+    assert (row.failed, row.tried, row.ours, row.theirs) == (20, 10, 2, 1)
+    assert row.rate_ours == pytest.approx(40.0)
+    assert row.rate_theirs == pytest.approx(20.0)
+
+
+def test_a_scene_that_raises_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others of its call are solved all the same."""
+
+    def solve(kind: str, columns: extremes.Columns) -> pd.DataFrame:
+        if (columns["path.stop"] == bad).any():
+            raise IndexError("out of bounds")
+        count = len(columns["path.stop"])
+        return pd.DataFrame({"kind": kind, "index": range(count), "status": "converged"})
+
+    columns = extremes.first(extremes.jaw_block("circle-straight", 0), 7)
+    bad = columns["path.stop"][4]
+    monkeypatch.setattr(atlas_runs, "run_columns", solve)
+    rows = atlas_bulk.deepest("circle-straight", columns)
+    assert rows["index"].tolist() == list(range(7))
+    assert rows["status"].tolist() == ["converged"] * 4 + ["exception"] + ["converged"] * 2
+    assert rows["advice"].iloc[4] == "IndexError: out of bounds"
+
+
+def test_overlaps() -> None:
+    """Of random scenes, those whose undeformed finger is free say so by both judges."""
+    last = atlas_runs.last_rows(atlas_runs.run_block("circle-straight", 0, 60))
+    free = last.loc[last["status"] == "no_contact", "index"]
+    assert len(free) > 5
+    assert not any(atlas_overlaps.jaw_overlaps("circle-straight", int(i)) for i in free)
+    touching = last.loc[(last["contacts"] > 0) & (last["tip_angle_rad"].abs() > 0.1), "index"]
+    assert all(atlas_overlaps.jaw_overlaps("circle-straight", int(i)) for i in touching)
