@@ -15,7 +15,7 @@ import time
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from support import DATA, RESULTS, ROOT, print_table, write_json
+from support import DATA, RESULTS, ROOT, markdown_table, print_table, read_json, write_json
 
 import fastncm
 from fastncm.plot.style import empty_figure, legend, open_frame, save
@@ -206,6 +206,55 @@ def draw_time(ax: Axes, table: pd.DataFrame) -> None:
     ends = table["N"].iloc[[0, -1]].to_numpy()
     ax.loglog(ends, table["us_per_solve"].iloc[-1] * ends / ends[-1], color="0.8", lw=0.8, zorder=0)
     ax.set(xlabel="N", ylabel="µs a contact solve")
+
+
+def headlines() -> list[str]:
+    """For the first page."""
+    figures, _ = read_json("direct_contact")
+    table = pd.DataFrame(figures["over_intervals"])
+    first, last = table.iloc[0], table.iloc[-1]
+    return [
+        f"Direct contact takes {first['iterations']:.1f} iterations a solve with N = "
+        f"{first['N']:.0f} and {last['iterations']:.1f} with {last['N']:,.0f}; time grows as "
+        f"N^{figures['time_slope']:.2f}."
+    ]
+
+
+def section() -> str:
+    """The report's part."""
+    figures, about = read_json("direct_contact")
+    table = pd.DataFrame(figures["over_intervals"])
+    compared = pd.DataFrame(figures["finite_elements"])
+    rows = [
+        [f"{row.N}", f"{row.energy_error:.1e}", f"{row.force_error:.1e}", f"{row.estimate:.1e}",
+         f"{row.iterations:.2f}", f"{row.most_iterations}", f"{row.us_per_solve:.1f}"]
+        for row in table.itertuples()
+    ]  # fmt: skip
+    wide = compared.pivot_table(index="degrees", columns="model", values="magnitude_%")
+    beams = [name for name in MODELS if name in wide.columns]
+    return "\n\n".join(
+        [
+            "## Direct contact over N, and finite elements",
+            f"`bench/direct_contact.py`, {about}: rubber-ellipse, errors against N = {LARGEST:,} "
+            f"at {', '.join(map(str, DEGREES))} degrees; iterations and CPU time of the whole path "
+            f"(slope of the time on logarithmic axes from N = {TIMED_FROM} on: "
+            f"{figures['time_slope']:.2f}).",
+            "![Direct contact](results/direct_contact.png)",
+            markdown_table(
+                ["N", "energy", "force", "its estimate", "iterations", "at most", "µs a solve"],
+                rows,
+            ),  # fmt: skip
+            "Magnitude of the force against finite elements (`bench/data/fem_ellipse.csv`, a "
+            "shorter finger on a smaller ellipse), in %:",
+            markdown_table(
+                ["degrees", *beams],
+                [
+                    [f"{at:g}", *(f"{wide.loc[at, name]:+.1f}" for name in beams)]
+                    for at in wide.index
+                ],  # fmt: skip
+            ),
+        ]
+    )
 
 
 if __name__ == "__main__":

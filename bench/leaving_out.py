@@ -6,7 +6,10 @@ Pa, a taper of one part in 1e15, a friction coefficient of 1e-300. What only the
 leave out is measured on a copy of the package with that line changed (`VARIANTS`), compiled and
 run in a process of its own: that is how a build without friction, without the error estimate, or
 with all nodes in the subproblem is had. CPU time on one core, both sides in turn, the best of
-ROUNDS.
+ROUNDS. Two processes of one build differ, too, by where their code and data happen to lie: builds
+are compared in STARTS sets of three processes, the package twice and the other build, in ROUNDS
+rounds in turn; of each set the median of the rounds' ratios counts, of the sets the median, and the
+package against itself gives the noise.
 """
 
 import json
@@ -17,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +30,8 @@ from support import markdown_table, read_table, write_table
 import fastncm
 from fastncm.cases import solve_chunk
 
-ROUNDS = 5
+ROUNDS = 9
+STARTS = 5
 JAWS = 2_000
 """Jaws of a batch; each is a problem of its own."""
 CIRCLE = fastncm.load_scene("snapfit-circle").replace(
@@ -274,55 +278,99 @@ def variant(name: str) -> dict[str, object]:
             changed += count
         if not changed:
             raise LookupError(f"{name}: nothing in {files} reads {pattern}")
-        homes = [str(Path(fastncm.__file__).parents[1]), folder]
-        results = [_measured(home, scene) for home in homes * 3]  # the first of each compiles
-    seconds = [min(r["us"] for r in results[i::2]) for i in (0, 1)]
-    answers = [pd.DataFrame(results[i]["answers"]) for i in (0, 1)]
+        home = str(Path(fastncm.__file__).parents[1])
+        sets = [_in_turn_apart((home, folder, home), scene) for _ in range(STARTS + 1)]
+    apart = np.array(
+        [seconds for seconds, _ in sets[1:]]
+    )  # the first compiles; (starts, rounds, 3)
+    ratios = np.median(apart / apart[:, :, :1], axis=1)
+    ratio = float(np.median(ratios[:, 1]))
+    noise = float(np.abs(ratios[:, 2] - 1.0).max())
+    us = apart.min(axis=(0, 1))[:2]
+    _, (ours, other, _) = sets[-1]
+    unknowns = ours["unknowns"]
     more = name in FORCED_IN
     return {
         "left_out": name,
         "how": how,
-        "us_forced_in": seconds[1 if more else 0],
-        "us_left_out": seconds[0 if more else 1],
-        "unknowns_forced_in": results[0]["unknowns"][0],
-        "unknowns_left_out": results[0]["unknowns"][1 if more else 0],
-        **differences(*answers),
+        "us_forced_in": us[1 if more else 0],
+        "us_left_out": us[0 if more else 1],
+        "ratio": ratio if more else 1.0 / ratio,
+        "noise": noise,
+        "unknowns_forced_in": unknowns[0],
+        "unknowns_left_out": unknowns[1 if more else 0],
+        **differences(pd.DataFrame(ours["answers"]), pd.DataFrame(other["answers"])),
     }
 
 
-def _measured(home: str, scene: str) -> dict[str, object]:
-    """`measure` with the package in `home`, in a process of its own."""
-    environment = os.environ | {"PYTHONPATH": home}
-    done = subprocess.run(
+def _in_turn_apart(homes: Sequence[str], scene: str) -> tuple[np.ndarray, list[dict]]:
+    """CPU time (rounds, builds) in us a solve of the packages in `homes`, in turn, each in a
+    process of its own, and what they say of themselves and their answers."""
+    children = [_start(home, scene) for home in homes]
+    try:
+        about = [json.loads(_answer(child)) for child in children]
+        for one, home in zip(about, homes, strict=True):
+            assert one["package"] == str(Path(home) / "fastncm")
+        us = np.array([[float(_answer(child, "go")) for child in children] for _ in range(ROUNDS)])
+    finally:
+        for child in children:
+            child.communicate()
+    return us, about
+
+
+def _start(home: str, scene: str) -> subprocess.Popen[str]:
+    """`serve` with the package in `home`."""
+    return subprocess.Popen(
         [sys.executable, __file__, scene],
-        env=environment,
-        check=True,
+        env=os.environ | {"PYTHONPATH": home},
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
         cwd=home,
     )
-    measured: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
-    assert measured["package"] == str(Path(home) / "fastncm")
-    return measured
 
 
-def measure(scene: str) -> dict[str, object]:
-    """One side of a variant: time, answers, and the unknowns of a solve with all nodes and with
-    those up to the last contact."""
+def _answer(child: subprocess.Popen[str], question: str = "") -> str:
+    """The next line that a process says, after a line to it if there is a question."""
+    assert child.stdin and child.stdout
+    if question:
+        print(question, file=child.stdin, flush=True)
+    line = child.stdout.readline()
+    if not line:
+        raise RuntimeError(f"a process with another build ended with {child.wait()}")
+    return line
+
+
+def serve(scene: str) -> None:
+    """One side of a variant: says `about` and then, for each line that it gets, the CPU time of a
+    run in us a solve."""
+    case, batch, solves = batch_of(scene)
+    print(json.dumps(about(scene)), flush=True)
+    for _ in sys.stdin:
+        began = time.process_time()
+        fastncm.solve_cases(case, batch)
+        print((time.process_time() - began) / solves * 1e6, flush=True)
+
+
+def batch_of(scene: str) -> tuple[fastncm.Scene, pd.DataFrame, int]:
+    """What a variant is measured with: scene, cases, and the number of solves."""
+    case, batch = (CIRCLE, heights()) if scene == "circle" else (RUBBER, heights_of_the_ellipse())
+    return case, batch, len(batch) * case.path.steps
+
+
+def about(scene: str) -> dict[str, object]:
+    """Where the package is, its answers, and the unknowns of a solve with all nodes and with those
+    up to the last contact."""
+    case, batch, _ = batch_of(scene)
     if scene == "circle":
-        batch, solves = heights(), JAWS * CIRCLE.path.steps
-        case, unknowns = CIRCLE, [fastncm.solve(CIRCLE).order] * 2
+        unknowns = [fastncm.solve(CIRCLE).order] * 2
     else:
-        case, batch = RUBBER, heights_of_the_ellipse()
-        solves = len(batch) * RUBBER.path.steps
         frame, intervals = fastncm.solve(RUBBER).frame(), RUBBER.solver.intervals
         touching = frame["contact_to_m"].mean() / RUBBER.finger.length
         unknowns = [2 * intervals, round(2 * intervals * touching)]
     table = fastncm.solve_cases(case, batch)
-    seconds = in_turn(lambda: fastncm.solve_cases(case, batch))[0]
     return {
         "package": str(Path(fastncm.__file__).parent),
-        "us": seconds / solves * 1e6,
         "answers": table[COMPARED + WORK].to_dict("list"),
         "unknowns": unknowns,
     }
@@ -330,7 +378,7 @@ def measure(scene: str) -> dict[str, object]:
 
 def headlines() -> list[str]:
     table, _ = read_table("leaving_out")
-    gain = table["us_forced_in"] / table["us_left_out"]
+    gain = _ratio(table)
     most = table.assign(gain=gain).nlargest(3, "gain")
     build = table[table["left_out"] == "friction (a build without it)"].iloc[0]
     said = ", ".join(f"{r.left_out} ({r.gain:.1f} times)" for r in most.itertuples())
@@ -338,8 +386,15 @@ def headlines() -> list[str]:
         f"Leaving out pays most for: {said}; the answers differ by at most "
         f"{table['difference'].max():.0e} in force and strain.",
         "Against a build without friction a frictionless scene takes "
-        f"{build['us_forced_in'] / build['us_left_out'] - 1.0:+.1%} of time.",
+        f"{gain[build.name] - 1.0:+.1%} of time; a build against itself differs by up to "
+        f"{build['noise']:.1%}.",
     ]
+
+
+def _ratio(table: pd.DataFrame) -> pd.Series:
+    """Time with a thing over time without it: where builds are compared the median of the ratios,
+    else that of the best times."""
+    return table["ratio"].fillna(table["us_forced_in"] / table["us_left_out"])
 
 
 def section() -> str:
@@ -354,12 +409,12 @@ def section() -> str:
             r.how,
             f"{r.us_forced_in:.3g}",
             f"{r.us_left_out:.3g}",
-            f"{r.us_forced_in / r.us_left_out:.2f}" if r.us_left_out > 0.0 else "-",
+            f"{r.gain:.2f}" + (f" ± {r.noise:.2f}" if np.isfinite(r.noise) else ""),
             f"{count(r.unknowns_forced_in)} / {count(r.unknowns_left_out)}",
             f"{r.difference:.0e}",
             f"{r.work_difference:.0e}" if np.isfinite(r.work_difference) else "-",
         ]
-        for r in table.itertuples()
+        for r in table.assign(gain=_ratio(table)).itertuples()
     ]
     head = ["what", "how it is forced in", "µs a solve with it", "without", "ratio"]
     head += ["unknowns with / without", "difference of force and strain", "of the work"]
@@ -367,7 +422,9 @@ def section() -> str:
         [
             "## What leaving out saves",
             f"`bench/leaving_out.py`, {about['machine']['cpu']}, {about['machine']['date']}. CPU "
-            f"time on one core, the best of {about['rounds']} rounds in turn.",
+            f"time on one core, the best of {about['rounds']} rounds in turn. Where another build "
+            "is compared, the ratio is the median over several starts of both, and ± the largest "
+            "deviation of the package from itself.",
             markdown_table(head, rows),
             "The work is integrated with the force's rate, which comes from the last factor of "
             "Newton's method and so depends on the number of iterations. The first touch of an "
@@ -378,6 +435,6 @@ def section() -> str:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(json.dumps(measure(sys.argv[1])))
+        serve(sys.argv[1])
     else:
         main()

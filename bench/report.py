@@ -11,7 +11,11 @@ from support import ROOT, machine
 STUDIES = (
     "work_precision",
     "profiles",
+    "profiles_direct",
+    "throughput",
+    "ipopt",
     "convergence",
+    "direct_contact",
     "finite_elements",
     "calculix",
     "friction",

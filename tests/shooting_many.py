@@ -68,12 +68,13 @@ class Claim:
 
 @dataclass(frozen=True)
 class Truth:
-    """normal: (n,) normal force; lean: (n,) friction over normal force, as claimed; force: (n, 2)
-    and pose: (n, 3) of the exact equilibrium; rounding: (n,) what rounding may do to the normal
-    force (relative); found: (n,) bool, whether shooting closed."""
+    """normal: (n,) normal force; force, contact: (n, 2) and pose: (n, 3) of the exact equilibrium;
+    rounding: (n,) what rounding may do to the normal force; found: (n,) bool, whether shooting
+    closed."""
 
     normal: Array
     force: Array
+    contact: Array
     pose: Array
     rounding: Array
     found: Array
@@ -151,9 +152,9 @@ def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
     coarse, _ = _miss(fingers, jaw, target, lean, unknowns, COARSE_ERROR)
     rounding += np.abs(np.einsum("nj,nj->n", inverse[:, 0], _finite(coarse - missed)))
     found = (np.abs(missed).max(axis=1) < 1e-11 * large) & (unknowns[:, 0] > 0.0)
-    normal = _turned(_jaw(fingers, jaw, unknowns[:, 1])[1], pose[:, 2])
+    point, normal = (_turned(one, pose[:, 2]) for one in _jaw(fingers, jaw, unknowns[:, 1]))
     force = unknowns[:, :1] * (-normal + lean[:, None] * _left(normal))
-    return Truth(unknowns[:, 0], force, pose, rounding, found)
+    return Truth(unknowns[:, 0], force, pose[:, :2] + point, pose, rounding, found)
 
 
 def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:

@@ -11,6 +11,7 @@ from support.fastncm_runs import FastNcm
 from support.random_scenes import RandomScene
 from support.rivals_bvp import BvpRival
 from support.rivals_paper import PaperRival
+from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 
 ORDER = 8
@@ -25,6 +26,7 @@ LADDERS: dict[str, tuple[float, ...]] = {
     "SLSQP": (1e-4, 1e-7, 1e-10, 1e-13),
     "trust-constr": (1e-8, 1e-14),
     "IPOPT": (1e-6, 1e-8, 1e-10, 1e-12),
+    "root": (1e-3, 1e-6, 1e-9),
     "solve_bvp": (1e-3, 1e-5, 1e-7, 1e-9),
     "paper": (50, 200, 800),
 }
@@ -46,6 +48,8 @@ def set_up(solver: str, case: shooting.ShootingCase, step: float) -> Run:
         from support.rivals_ipopt import IpoptRival
 
         rival = IpoptRival(case, ORDER, step)
+    elif solver == "root":
+        rival = RootRival(case, "root", ORDER, step)
     elif solver == "solve_bvp":
         rival = BvpRival(case, step)
     else:

@@ -16,6 +16,7 @@ COLOURS = {
     "SLSQP": "#4c8eda",
     "trust-constr": "#8e6bbf",
     "IPOPT": "#1e7d3c",
+    "root": "#c2458f",
     "solve_bvp": "#d98e04",
     "paper": "#c0392b",
 }

@@ -27,7 +27,8 @@ VERSIONS = ("numba", "numpy", "scipy", "pandas", "pyarrow", "joblib")
 
 sys.path.append(str(ROOT / "tests"))
 
-import shooting  # noqa: E402, F401  (measurements import it from here)
+import shooting  # noqa: E402, F401  (measurements import both from here)
+import shooting_surface  # noqa: E402, F401
 
 
 def machine() -> dict[str, object]:

@@ -1,7 +1,5 @@
 """The atlas's runs: random scenes in bulk, and what is true of them by other means."""
 
-import time
-
 import extremes
 import numpy as np
 import pandas as pd
@@ -25,38 +23,48 @@ SOLVED = ("converged", "no_contact")
 
 
 def run_block(kind: str, block: int, count: int = extremes.BLOCK) -> pd.DataFrame:
-    """One row for each position of the first `count` scenes of a block, with the columns of
-    `Curve.frame`, the scene's index and what the heat maps need of it."""
+    """`run_columns` of `count` scenes from the beginning of a block on (and into the blocks after
+    it)."""
+    table = run_columns(kind, scenes(kind, block, count))
+    table["index"] += block * extremes.BLOCK
+    return table
+
+
+def run_columns(kind: str, columns: extremes.Columns) -> pd.DataFrame:
+    """One row for each position of each scene of a table, with the columns of `Curve.frame`, the
+    scene's index in the table and what the heat maps need of it."""
     side = kind in extremes.SIDE_KINDS
     scene = fastncm.load_scene(extremes.base_scene(kind))
-    if side:
-        portions = extremes.parts(extremes.first(extremes.side_block(kind, block), count))
-    else:
-        portions = [(np.arange(count), extremes.first(extremes.jaw_block(kind, block), count))]
+    everything = (np.arange(len(columns["finger.length"])), columns)
     found = []
-    begin = time.process_time()
-    for rows, columns in portions:
+    for rows, part in extremes.parts(columns) if side else [everything]:
         if not len(rows):
             continue
-        base = scene.replace(extremes.row(columns, 0))
-        result = solve_chunk(base, columns, curves=True)
+        result = solve_chunk(scene.replace(extremes.row(part, 0)), part, curves=True)
         assert result.curves is not None
         table = pd.DataFrame(result.curves)
         case = table.pop("case").to_numpy()
-        table["index"] = rows[case] + block * extremes.BLOCK
-        thickness, length = columns["finger.thickness"], columns["finger.length"]
+        table["index"] = rows[case]
+        thickness, length = part["finger.thickness"], part["finger.length"]
         table["taper"] = (thickness[:, 1] / thickness[:, 0])[case]
         table["slenderness"] = (thickness[:, 0] / length)[case]
         table["length"] = length[case]
         for name in NOTED_SIDE if side else NOTED:
-            column = columns[name][case]
+            column = part[name][case]
             table[name] = column.astype(str) if column.dtype == object else column
         table["advice"] = result.cases["advice"][case]
         found.append(table)
     table = pd.concat(found, ignore_index=True)
     table.insert(0, "kind", kind)
-    table.attrs["seconds"] = time.process_time() - begin
     return table
+
+
+def scenes(kind: str, block: int, count: int) -> extremes.Columns:
+    """The columns of `count` scenes from the beginning of a block on."""
+    draw = extremes.side_block if kind in extremes.SIDE_KINDS else extremes.jaw_block
+    blocks = [draw(kind, block + i) for i in range(-(-count // extremes.BLOCK))]
+    joined = {name: np.concatenate([one[name] for one in blocks]) for name in blocks[0]}
+    return extremes.first(joined, count)
 
 
 def last_rows(table: pd.DataFrame) -> pd.DataFrame:
@@ -75,21 +83,28 @@ def shoot(kind: str, block: int, table: pd.DataFrame) -> pd.DataFrame:
     table = table[chosen].reset_index(drop=True)
     rows = table["index"].to_numpy() - block * extremes.BLOCK
     columns = extremes.jaw_block(kind, block)
-    unit, length = shooting_many.force_unit(columns, rows), columns["finger.length"][rows]
-    claim = shooting_many.Claim(
-        table[["force_x_N", "force_y_N"]].to_numpy() / unit[:, None],
-        table[["contact_x_m", "contact_y_m"]].to_numpy() / length[:, None],
-        np.column_stack(
-            [table["tip_x_m"] / length, table["tip_y_m"] / length, table["tip_angle_rad"]]
-        ),
-    )
+    claim, unit = claim_of(table, columns, rows), shooting_many.force_unit(columns, rows)
     fingers = shooting_many.fingers(columns, rows, table["position"].to_numpy())
     truth = shooting_many.exact(fingers, claim, table["friction.mu"].to_numpy())
     return table.assign(
         true_force=truth.normal,
         error=np.abs(table["normal_force_N"] / unit / truth.normal - 1.0),
-        rounding=truth.rounding / np.abs(truth.normal),
+        rounding=truth.rounding / np.where(truth.normal == 0.0, np.nan, np.abs(truth.normal)),
         found=truth.found,
+    )
+
+
+def claim_of(
+    table: pd.DataFrame, columns: extremes.Columns, rows: np.ndarray
+) -> shooting_many.Claim:
+    """What the rows of a table (n) of answers say, for the scenes `rows` (n,) of `columns`."""
+    unit, length = shooting_many.force_unit(columns, rows), columns["finger.length"][rows]
+    return shooting_many.Claim(
+        table[["force_x_N", "force_y_N"]].to_numpy() / unit[:, None],
+        table[["contact_x_m", "contact_y_m"]].to_numpy() / length[:, None],
+        np.column_stack(
+            [table["tip_x_m"] / length, table["tip_y_m"] / length, table["tip_angle_rad"]]
+        ),
     )
 
 
@@ -116,7 +131,7 @@ def solve_again(kind: str, index: int, changes: dict[str, object]) -> pd.DataFra
 
 def refine(table: pd.DataFrame, times: int = 8) -> pd.DataFrame:
     """Error of the converged rows of direct contact against the same scenes with more intervals:
-    columns index, error, rounding, found."""
+    columns index, error, finer_estimate, rounding, found."""
     found = []
     for _, row in table[table["status"] == "converged"].iterrows():
         intervals = min(times * int(row["solver.intervals"]), 10_000)
@@ -139,13 +154,4 @@ def refine(table: pd.DataFrame, times: int = 8) -> pd.DataFrame:
                 "found": True,
             }
         )
-    return pd.DataFrame(found)
-
-
-def retry(kind: str, index: int, ways: tuple[dict[str, object], ...]) -> str:
-    """The first of the `ways` (changes) by which the deepest position of a scene is solved; empty
-    where none does."""
-    for changes in ways:
-        if solve_again(kind, index, changes)["status"].iloc[-1] in SOLVED:
-            return ", ".join(f"{name} = {value}" for name, value in changes.items())
-    return ""
+    return pd.DataFrame(found, columns=["index", "error", "finer_estimate", "rounding", "found"])

@@ -18,6 +18,9 @@ COLOURS = {
     "IPOPT, sparse": "#1e7d3c",
     "IPOPT, reduced": "#8fc98f",
     "solve_bvp": "#d98e04",
+    "shooting": "#d98e04",
+    "root": "#c2458f",
+    "least_squares": "#e8a9cf",
     "paper": RED,
     "formula": "0.35",
 }
@@ -74,7 +77,7 @@ def model_line(ax: Axes, models: pd.DataFrame, scene: str, mu: float, at: float)
 
 
 def limits(ax: Axes, scene: str) -> None:
-    ax.set_ylim((1e-7 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
+    ax.set_ylim((1e-8 if scene == "rubber-ellipse" else FLOOR) / 2, 2 * CEILING)
 
 
 def draw_rivals(table: pd.DataFrame, models: pd.DataFrame) -> None:
@@ -119,7 +122,9 @@ def _legend(ax: Axes) -> list:
         "SciPy trust-constr": ("o-", COLOURS["trust-constr"], None),
         "IPOPT (direct contact: sparse)": ("o-", COLOURS["IPOPT"], None),
         "IPOPT, reduced": ("o-", COLOURS["IPOPT, reduced"], None),
-        "SciPy solve_bvp": ("o-", COLOURS["solve_bvp"], None),
+        "SciPy root": ("o-", COLOURS["root"], None),
+        "SciPy least_squares": ("o-", COLOURS["least_squares"], None),
+        "SciPy solve_bvp (direct: shooting)": ("o-", COLOURS["solve_bvp"], None),
         "the paper's algorithm": ("o-", COLOURS["paper"], None),
         "closed-form formula": ("*", COLOURS["formula"], None),
         "hollow: some positions failed": ("o", "0.5", "white"),
@@ -133,11 +138,10 @@ def _legend(ax: Axes) -> list:
 
 def draw_own(table: pd.DataFrame, models: pd.DataFrame) -> None:
     """fastncm over its settings, the Pareto front, and where rtol lands."""
-    shown = [panel for panel in panels(table) if panel[1] == 0.0 or panel[0] == "snapfit-circle"]
-    figure = empty_figure(9.5, 8.6)
-    axes = figure.subplots(2, 2)
+    figure = empty_figure(9.5, 12.0)
+    axes = figure.subplots(3, 2)
     entries = {}
-    for ax, (scene, mu, rows) in zip(axes.flat, shown, strict=True):
+    for ax, (scene, mu, rows) in zip(axes.flat, panels(table), strict=True):
         frame(ax, f"{scene}, μ = {mu:g}")
         model_line(ax, models, scene, mu, 0.42)
         front = pareto(explicit(rows))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from support import DATA, shooting
+from support import DATA, shooting, shooting_surface
 
 import fastncm
 from fastncm.scene import Scene
@@ -14,9 +14,10 @@ JAW_POSITIONS = 30
 JAW_FIRST = 0.05
 """Of the path, behind the first touch, where the force and so its relative error are 0/0."""
 SURFACE_POSITIONS = 25
-FINEST = 10_000
-"""Intervals of the reference in direct contact; no exact solution of it is known to us."""
-HALF_FINEST = 5_000
+START_INTERVALS = 360
+"""Of the package's answer from which the exact one is sought in direct contact."""
+COARSE_ERROR = 1e-11
+"""Of an integration that shows the error of the finer one."""
 SMALL_ELLIPSE = {
     "finger.length": 0.127,
     "finger.offset": 0.0635,
@@ -80,12 +81,37 @@ def surface_problem(mu: float, count: int = SURFACE_POSITIONS) -> Problem:
     """rubber-ellipse at `count` angles."""
     scene = fastncm.load_scene("rubber-ellipse").replace({"friction.mu": mu, "path.steps": count})
     positions = np.linspace(scene.path.start, scene.path.stop, count)
-    finest, half = (
-        fastncm.solve(scene.replace({"solver.intervals": n})).frame()[FORCES].to_numpy()
-        for n in (FINEST, HALF_FINEST)
-    )
+    truth, coarse = (surface_truth(scene, mu, positions, local) for local in (None, COARSE_ERROR))
     model = ellipse_model_error() if mu == 0.0 else np.nan
-    return Problem(scene, mu, positions, finest, largest(half, finest), model)
+    return Problem(scene, mu, positions, truth, largest(coarse, truth), model)
+
+
+def surface_truth(
+    scene: Scene, mu: float, positions: np.ndarray, local: float | None = None
+) -> np.ndarray:
+    """Forces (P, 2) in N on rubber-ellipse by shooting on the continuum."""
+    found = []
+    for position, start in zip(positions, surface_starts(scene), strict=True):
+        pose = scene.pose(position)
+        centre = np.array([pose.target_x, pose.target_y])
+        options = {} if local is None else {"local": local}
+        touch = shooting_surface.solve(continuum(mu), position, centre, start, **options)
+        found.append(touch.force)
+    return np.array(found)
+
+
+def continuum(mu: float) -> shooting_surface.Finger:
+    """rubber-ellipse with friction that drags the touching side towards the clamp."""
+    return shooting_surface.Finger(mu=-mu)
+
+
+def surface_starts(scene: Scene) -> np.ndarray:
+    """The package's answers from which the exact ones are sought: (P, 5) unknowns."""
+    curve = fastncm.solve(scene.replace({"solver.intervals": START_INTERVALS}))
+    names = ["force_x_N", "force_y_N", "contact_from_m", "contact_to_m"]
+    found = curve.frame()[names].to_numpy(dtype=float)
+    moments = [curve.shape(i)["moment_Nm"].iloc[0] for i in range(len(found))]
+    return np.insert(found, 2, moments, axis=1)
 
 
 def ellipse_model_error() -> float:

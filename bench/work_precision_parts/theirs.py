@@ -7,16 +7,17 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from support import rivals
+from support import rivals, rivals_continuum
 from support.rivals_bvp import BvpRival
 from support.rivals_paper import PaperRival
+from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 from support.rivals_surface import SurfaceRival
 
 from fastncm.scene import Pose
 from work_precision_parts import closed_form
 from work_precision_parts.ours import BUDGET, best_time, row
-from work_precision_parts.problems import Problem
+from work_precision_parts.problems import Problem, continuum, surface_starts
 
 Row = dict[str, object]
 
@@ -26,6 +27,7 @@ ORDERS = (4, 6)
 SLSQP_FTOL = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15)
 TRUST_TOL = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 IPOPT_TOL = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
+ROOT_TOL = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 BVP_TOL = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 PAPER_ORDERS = (4, 6, 8)
 PAPER_POINTS = {"snapfit-circle": 50, "snapfit-corner": 20}
@@ -45,6 +47,8 @@ SURFACE_LOOSER = {
     "IPOPT, reduced": (45, (1e-1, 1e-3, 1e-5)),
 }
 """N, and the tolerances at that N beside the one above."""
+CONTINUUM_ERRORS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+"""Of a step of the integration."""
 PRINTED_INTERVALS = (24, 45, 90)
 """For the shear energy (5) as printed; the paper has 90."""
 CAP = 10.0
@@ -72,6 +76,12 @@ def jaw_rows(problem: Problem) -> Iterator[Row]:
             for tolerance in IPOPT_TOL:
                 rival = IpoptRival(case, 6, tolerance)
                 yield path_row(problem, "IPOPT", "order 6", f"tol {tolerance:g}", rival)
+    for method in ("root", "least_squares"):
+        for order in ORDERS:
+            for tolerance in ROOT_TOL:
+                rival = RootRival(case, method, order, tolerance)
+                setting = f"tol {tolerance:g}"
+                yield path_row(problem, method, f"order {order}", setting, rival)
     for tolerance in BVP_TOL:
         yield path_row(problem, "solve_bvp", "", f"tol {tolerance:g}", BvpRival(case, tolerance))
     points = PAPER_POINTS[problem.name]
@@ -119,8 +129,18 @@ def formula_row(problem: Problem) -> Row:
 
 
 def surface_rows(problem: Problem) -> Iterator[Row]:
-    """Every rival on rubber-ellipse without friction, the same discretisation for all but the
-    paper's: its energy (5) is given to SLSQP as printed."""
+    """Every rival on rubber-ellipse: shooting on the continuum; and without friction optimisers,
+    the same discretisation for all but the paper's: its energy (5) is given to SLSQP as
+    printed."""
+    start = surface_starts(problem.scene)[0]
+    for local in CONTINUUM_ERRORS:
+        run = partial(rivals_continuum.follow, problem.scene, continuum(problem.mu),
+                      problem.positions, start, local)  # fmt: skip
+        frame, seconds = best_path(run)
+        yield row(problem, "shooting", "", f"local error {local:g}", frame, problem.truth, seconds,
+                  math.nan)  # fmt: skip
+    if problem.mu > 0.0:
+        return
     for solver, intervals in SURFACE_INTERVALS.items():
         if solver.startswith("IPOPT") and not CASADI:
             continue

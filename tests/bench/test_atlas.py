@@ -5,13 +5,20 @@ The truth for jaws is shooting (`shooting_many`), which is compared with `shooti
 
 from dataclasses import replace
 
-import atlas
 import extremes
 import numpy as np
+import pandas as pd
 import pytest
 import shooting
 import shooting_many
-from support import atlas_runs
+from support import (
+    atlas_bulk,
+    atlas_failures,
+    atlas_overlaps,
+    atlas_runs,
+    atlas_slsqp,
+    atlas_text,
+)
 
 import fastncm
 
@@ -69,8 +76,8 @@ def test_random_jaws_are_never_wrong_in_silence(kind: str) -> None:
     last = atlas_runs.last_rows(atlas_runs.run_block(kind, 0, JAWS))
     shot = atlas_runs.judge_by_order(atlas_runs.shoot(kind, 0, last))
     assert shot["found"].sum() >= 0.3 * JAWS
-    assert atlas.wrong_in_silence(shot).empty
-    assert atlas.unanswered(shot).empty
+    assert atlas_text.wrong_in_silence(shot).empty
+    assert atlas_text.unanswered(shot).empty
 
 
 @pytest.mark.parametrize("kind", extremes.SIDE_KINDS)
@@ -81,7 +88,64 @@ def test_random_direct_contact_is_never_wrong_in_silence(kind: str) -> None:
     ]
     finer = close.merge(atlas_runs.refine(close.head(3 * SIDES)), on="index")
     assert len(finer) >= 3
-    assert atlas.wrong_in_silence(finer).empty
+    assert atlas_text.wrong_in_silence(finer).empty
+
+
+UNSOLVED = {
+    "corner-straight": (136, 146),
+    "corner-convex": (129, 146, 160),
+    "corner-concave": (11, 94, 101, 134),
+    "circle-concave": (97, 123, 148),
+    "circle-straight": (2, 15, 30, 232),
+    "half-plane": (78,),
+    "circle": (69,),
+    "polygon": (6, 49),
+}
+"""Scenes that have had no answer (bench/atlas.py), most though there is one."""
+
+
+@pytest.mark.parametrize("kind", UNSOLVED)
+def test_what_has_no_answer_says_so(kind: str) -> None:
+    """No number where there is none, and advice; where there is one by now, it is true."""
+    last = atlas_failures.solve_again(kind, np.array(UNSOLVED[kind]), {})
+    failed = atlas_failures.failed(last)
+    assert last.loc[failed, ["force_x_N", "force_y_N", "error_estimate"]].isna().all(axis=None)
+    assert last.loc[failed, "advice"].str.len().gt(20).all()
+    if kind in extremes.JAW_KINDS:
+        judged = atlas_runs.judge_by_order(atlas_runs.shoot(kind, 0, last[~failed]))
+    else:
+        judged = last[~failed].merge(atlas_runs.refine(last[~failed]), on="index")
+    assert atlas_text.wrong_in_silence(judged).empty
+    assert atlas_text.unanswered(judged).empty
+
+
+def test_slsqp_finds_the_same_shape() -> None:
+    """A chain of 30 links has the energy of the polynomials, nearly."""
+    last = atlas_runs.last_rows(atlas_runs.run_block("circle-straight", 0, 20))
+    smooth = last[(last["status"] == "converged") & (last["friction.mu"] == 0.0)].head(3)
+    columns = extremes.jaw_block("circle-straight", 0)
+    for row in smooth.itertuples():
+        one = np.array([row.index])
+        unit = shooting_many.force_unit(columns, one)[0] * columns["finger.length"][row.index]
+        good, _, energy = atlas_slsqp.solve(atlas_slsqp.shape_of(columns, row.index))
+        assert good
+        assert energy == pytest.approx(row.energy_J / unit, rel=0.03)
+
+
+def test_friction_is_followed_by_shooting() -> None:
+    """From frictionless answers to those with friction, where the package has them."""
+    last = atlas_runs.last_rows(atlas_runs.run_block("circle-straight", 0, 60))
+    slides = last[(last["status"] == "converged") & (last["friction.mu"] > 0.0)]
+    slides = slides[(slides["contacts"] == 1) & (slides["sticking"] == 0)]
+    indices = slides["index"].to_numpy()
+    smooth = atlas_failures.solve_again("circle-straight", indices, {"friction.mu": 0.0})
+    smooth = smooth.set_index("index").loc[indices].reset_index()
+    known = ((smooth["contacts"] == 1) & (smooth["status"] == "converged")).to_numpy()
+    found = atlas_failures.slide(
+        "circle-straight", smooth[known].reset_index(), slides["friction.mu"].to_numpy()[known]
+    )
+    assert len(found) >= 5
+    assert found.mean() > 0.8
 
 
 @pytest.mark.parametrize("taper", [1e-2, 0.1, 10.0, 1e3])
@@ -97,3 +161,44 @@ def test_tapers_of_any_ratio_converge(taper: float) -> None:
     assert curve.order <= 20
     error = abs(row["normal_force_N"] / truth.normal_force - 1.0)
     assert error <= 10.0 * row["error_estimate"] <= 1e-5
+
+
+def test_rates_of_unsolved_scenes_by_hand() -> None:
+    """Of 1,000 scenes 20 have failed, 10 of them tried: 2 solved by smaller steps, 1 by SLSQP."""
+    cause = [""] * 980 + ["not solved"] * 20
+    table = pd.DataFrame({"cause": cause, "friction.mu": 0.0})
+    by = ["path.steps = 200"] * 2 + ["SLSQP"] + [""] * 7
+    tried = pd.DataFrame({"cause": "not solved", "friction.mu": 0.0, "solved_by": by})
+    tried = tried.assign(kind="circle", index=range(10))
+    (row,) = atlas_text.existing(table, tried).itertuples()
+    assert (row.failed, row.tried, row.ours, row.theirs) == (20, 10, 2, 1)
+    assert row.rate_ours == pytest.approx(40.0)
+    assert row.rate_theirs == pytest.approx(20.0)
+
+
+def test_a_scene_that_raises_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others of its call are solved all the same."""
+
+    def solve(kind: str, columns: extremes.Columns) -> pd.DataFrame:
+        if (columns["path.stop"] == bad).any():
+            raise IndexError("out of bounds")
+        count = len(columns["path.stop"])
+        return pd.DataFrame({"kind": kind, "index": range(count), "status": "converged"})
+
+    columns = extremes.first(extremes.jaw_block("circle-straight", 0), 7)
+    bad = columns["path.stop"][4]
+    monkeypatch.setattr(atlas_runs, "run_columns", solve)
+    rows = atlas_bulk.deepest("circle-straight", columns)
+    assert rows["index"].tolist() == list(range(7))
+    assert rows["status"].tolist() == ["converged"] * 4 + ["exception"] + ["converged"] * 2
+    assert rows["advice"].iloc[4] == "IndexError: out of bounds"
+
+
+def test_overlaps() -> None:
+    """Of random scenes, those whose undeformed finger is free say so by both judges."""
+    last = atlas_runs.last_rows(atlas_runs.run_block("circle-straight", 0, 60))
+    free = last.loc[last["status"] == "no_contact", "index"]
+    assert len(free) > 5
+    assert not any(atlas_overlaps.jaw_overlaps("circle-straight", int(i)) for i in free)
+    touching = last.loc[(last["contacts"] > 0) & (last["tip_angle_rad"].abs() > 0.1), "index"]
+    assert all(atlas_overlaps.jaw_overlaps("circle-straight", int(i)) for i in touching)

@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
-from support import rivals, rivals_paper, shooting
+from support import rivals, rivals_paper, rivals_root, shooting
 from support import rivals_problem as rp
 from support.random_scenes import random_scenes
 from support.rivals_bvp import BvpRival
 from support.rivals_paper import PaperRival
+from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 from support.rivals_surface import SurfaceRival
 
@@ -29,7 +30,7 @@ STEP = 1e-6
 
 @pytest.fixture(autouse=True)
 def interpreted(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    for module in (rp, rivals_paper):
+    for module in (rp, rivals_paper, rivals_root):
         for name, value in list(vars(module).items()):
             if isinstance(value, CPUDispatcher):
                 monkeypatch.setattr(module, name, value.py_func)
@@ -72,6 +73,24 @@ def test_ipopt(case: shooting.ShootingCase) -> None:
     from support.rivals_ipopt import IpoptRival
 
     assert errors(IpoptRival(case, 6, 1e-10)).max() < 1e-6
+
+
+@pytest.mark.parametrize("case", [CIRCLE, CORNER, CONCAVE], ids=["line", "arc", "concave"])
+@pytest.mark.parametrize("feature", [rp.EDGE, rp.CORNER])
+def test_the_slope_of_sliding(case: shooting.ShootingCase, feature: int) -> None:
+    z = np.array([-0.15, 0.06, 0.01, 0.004, 0.3])
+    scene = (*rp.jaw_problem(case, 4), feature, 1.12, 0.3)
+    slope = rivals_root.sliding_slope(z, *scene)
+    for k, step in enumerate(STEP * np.eye(5)):
+        change = rivals_root.sliding(z + step, *scene) - rivals_root.sliding(z - step, *scene)
+        np.testing.assert_allclose(slope[:, k], change / (2 * STEP), atol=1e-8)
+
+
+@pytest.mark.parametrize("method", ["root", "least_squares"])
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+@pytest.mark.parametrize("case", [CIRCLE, CORNER], ids=["circle", "corner"])
+def test_root(case: shooting.ShootingCase, mu: float, method: rivals_root.Method) -> None:
+    assert errors(RootRival(replace(case, mu=mu), method, 6, 1e-10)).max() < 1e-6
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.2])

@@ -6,10 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import work_precision
-from support import ROOT, shooting
+from support import ROOT, rivals, rivals_continuum, shooting
 from support.performance import profile
 from work_precision_parts import closed_form, front, ours
-from work_precision_parts.problems import jaw_problem, surface_problem
+from work_precision_parts.problems import (
+    continuum,
+    jaw_problem,
+    surface_problem,
+    surface_starts,
+)
 
 import fastncm
 
@@ -45,6 +50,18 @@ def test_direct_contact_converges_to_its_reference() -> None:
         for frame in frames
     )
     assert fine < coarse / 8.0  # of first order at least
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+def test_the_reference_of_direct_contact_is_known_to_1e_10(mu: float) -> None:
+    """And looser shooting, a rival, is as wrong as its tolerance, nearly."""
+    problem = surface_problem(mu)
+    assert problem.truth_error < 1e-10
+    start = surface_starts(problem.scene)[0]
+    found = rivals_continuum.follow(problem.scene, continuum(mu), problem.positions, start, 1e-6)
+    assert found["success"].all()
+    assert rivals.relative_errors(found, problem.truth).max() < 1e-5
 
 
 def test_a_failed_position_has_no_error_but_counts() -> None:

@@ -1,0 +1,92 @@
+"""What an undeformed finger of the atlas overlaps, judged by the scene's description alone: claims
+of no contact, and targets that no bending can clear."""
+
+from functools import lru_cache
+
+import extremes
+import numpy as np
+
+import fastncm
+from fastncm.scene import Scene
+from support import atlas_slsqp
+
+PENETRATION = 1e-5
+"""What counts as inside, in finger lengths or sizes of the target."""
+
+
+@lru_cache(maxsize=2)
+def _jaw_block(kind: str, block: int) -> extremes.Columns:
+    return extremes.jaw_block(kind, block)
+
+
+def jaw_overlaps(kind: str, index: int) -> bool:
+    """Whether the undeformed jaw's edge is inside the target at the path's end."""
+    columns = _jaw_block(kind, index // extremes.BLOCK)
+    shape = atlas_slsqp.shape_of(columns, index % extremes.BLOCK)
+    gaps = atlas_slsqp.gaps(shape, np.array([1.0, 0.0, 0.0]))
+    return bool(gaps[: atlas_slsqp.EDGE_POINTS].min() < -PENETRATION)
+
+
+@lru_cache
+def _base(kind: str) -> Scene:
+    return fastncm.load_scene(extremes.base_scene(kind))
+
+
+@lru_cache(maxsize=2)
+def _side_block(kind: str, block: int) -> list[tuple[np.ndarray, extremes.Columns]]:
+    return extremes.parts(extremes.side_block(kind, block))
+
+
+def _side(kind: str, index: int) -> dict[str, object]:
+    """`extremes.one`, for many of a block."""
+    case = index % extremes.BLOCK
+    for rows, columns in _side_block(kind, index // extremes.BLOCK):
+        if case in rows:
+            return extremes.row(columns, int(np.searchsorted(rows, case)))
+    raise IndexError(index)
+
+
+def _undeformed(kind: str, index: int) -> tuple[Scene, np.ndarray]:
+    """A scene of direct contact and its undeformed finger's nodes (N + 1, 2) at the path's end,
+    those of the surface that touches, the clamp first, seen from the target's reference point."""
+    scene = _base(kind).replace(_side(kind, index))
+    where, finger = scene.pose(scene.path.stop), scene.finger
+    along = np.array([np.cos(where.base_angle), np.sin(where.base_angle)])
+    s = np.linspace(0.0, finger.length, scene.solver.intervals + 1)
+    half = 0.5 * np.interp(s, *np.transpose(finger.stations)) * (scene.model.surface == "side")
+    half *= 1.0 if finger.side == "right" else -1.0
+    side = (finger.offset + s)[:, None] * along + half[:, None] * [along[1], -along[0]]
+    return scene, side - [where.target_x, where.target_y]
+
+
+def clamp_is_covered(kind: str, index: int) -> bool:
+    """Whether the touching surface's end at the clamp is inside the target at the path's end."""
+    scene, nodes = _undeformed(kind, index)
+    return bool(inside(scene, nodes)[0])
+
+
+def side_overlaps(kind: str, index: int) -> bool:
+    """Whether a node of the undeformed finger is inside the target at the path's end. Points on the
+    target (10b) do not see all of it, as they are known to."""
+    scene, nodes = _undeformed(kind, index)
+    coarse = scene.solver.contact == "points-on-target"
+    return not coarse and bool(inside(scene, nodes)[1:].any())
+
+
+def inside(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Whether points (n, 2), seen from the target's reference point, are inside the target (n,), by
+    more than PENETRATION of its size."""
+    target = scene.target
+    if target.shape == "polygon":
+        corners = np.array(target.vertices)
+        ahead = np.roll(corners, -1, axis=0) - corners
+        away = points[:, None] - corners
+        depth = ahead[:, 0] * away[..., 1] - ahead[:, 1] * away[..., 0]
+        depth /= np.hypot(*ahead.T) * np.hypot(*ahead.T).max()
+        return np.asarray((depth > PENETRATION).all(axis=1))
+    cos, sin = np.cos(target.tilt), np.sin(target.tilt)
+    u, v = points @ [cos, sin], points @ [-sin, cos]
+    if target.shape == "half-plane":
+        return np.asarray(v < -PENETRATION * scene.finger.length)
+    a, b = (target.radius, target.radius) if target.shape == "circle" else target.semi_axes
+    return np.asarray((u / a) ** 2 + (v / b) ** 2 < 1.0 - PENETRATION)
