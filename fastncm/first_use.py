@@ -52,7 +52,7 @@ def announce(entry: str) -> bool:
     if is_compiled(entry):
         return False
     print(
-        "compiling the solver (first use only, half a minute to a minute) ...",
+        "compiling the solver (first use only, about half a minute) ...",
         file=sys.stderr,
         flush=True,
     )

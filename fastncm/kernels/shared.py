@@ -26,7 +26,7 @@ from fastncm.kernels.cache import JIT_OFF
 class _SharedType(types.Type):
     """A named tuple in memory."""
 
-    def __init__(self, record: types.BaseNamedTuple):
+    def __init__(self, record: Any):
         self.record = record
         super().__init__(name=f"Shared({record})")
 
