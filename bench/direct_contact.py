@@ -1,11 +1,13 @@
 """Direct contact: what do N intervals cost and give, and how far is the beam from finite elements?
 
-Three tables and a picture:
+Tables and a picture:
 
 1. over N: energy and force at four angles of rubber-ellipse against those of the largest N, with
    the rates at which they converge; iterations and CPU time of the whole path, and the slope of
    the time on log-log axes (1: O(N) a solve, with as many iterations at any N);
-2. against data/fem_ellipse.csv (plane stress, Hencky): a shorter finger on a smaller ellipse, the
+2. iterations, passes along the finger and failed rows over N for what is not the default: the
+   printed section, points on the target (10b), an octagon, friction;
+3. against data/fem_ellipse.csv (plane stress, Hencky): a shorter finger on a smaller ellipse, the
    section turned by psi, by psi + gamma as the paper prints it, and without shear.
 """
 
@@ -18,8 +20,10 @@ from matplotlib.axes import Axes
 from support import DATA, RESULTS, ROOT, markdown_table, print_table, read_json, write_json
 
 import fastncm
+from fastncm.path import surface_rows
 from fastncm.plot.style import empty_figure, legend, open_frame, save
 from fastncm.scene import Scene, tabulate
+from fastncm.sqp import status
 from fastncm.surface import lower_surface, solve_surfaces
 
 SCENE = fastncm.load_scene("rubber-ellipse")
@@ -43,11 +47,27 @@ MODELS: dict[str, dict[str, object]] = {
     "section ψ + γ, as printed": {"model.section": "psi+gamma"},
     "no shear": {"model.shear": False},
 }
+OCTAGON = np.pi * (np.arange(8) + 0.5) / 4.0
+FORMS: dict[str, dict[str, object]] = {
+    "default": {},
+    "μ = 0.3": {"friction.mu": 0.3},
+    "no shear": {"model.shear": False},
+    "section ψ + γ": {"model.section": "psi+gamma"},
+    "octagon": {
+        "target.shape": "polygon",
+        "target.vertices": (
+            np.array(SCENE.target.semi_axes) * np.column_stack([np.cos(OCTAGON), np.sin(OCTAGON)])
+        ).tolist(),
+    },
+    "(10b), M = 4 N": {"solver.contact": "points-on-target"},
+}
+FORM_INTERVALS = (45, 180, 720)
 COLOURS = {"section ψ": "#1b2a49", "section ψ + γ, as printed": "#4c8eda", "no shear": "0.6"}
 
 
 def main() -> None:
     refined = over_intervals()
+    forms = other_forms()
     compared = against_finite_elements()
     picture(refined, compared)
     write_json(
@@ -55,6 +75,7 @@ def main() -> None:
         {
             "over_intervals": refined.to_dict("records"),
             "time_slope": time_slope(refined),
+            "forms": forms.to_dict("records"),
             "finite_elements": compared.to_dict("records"),
         },
     )
@@ -122,6 +143,40 @@ def timed(scene: Scene) -> tuple[pd.DataFrame, float]:
         list(solve_surfaces(lowered, shapes=False))
         best = min(best, time.process_time() - begin)
     return frame, best
+
+
+def other_forms() -> pd.DataFrame:
+    """Iterations and passes a solve along the scene's own path, its first row left out."""
+    rows = []
+    for name, changes in FORMS.items():
+        for n in FORM_INTERVALS:
+            points = {"solver.points": 4 * n} if "solver.contact" in changes else {}
+            scene = SCENE.replace(changes | {"solver.intervals": n} | points)
+            trace = next(iter(solve_surfaces(lower_surface(tabulate(scene, {})[0]), False))).trace
+            iterations = trace.rows[0, 1:, surface_rows.ITERATIONS]
+            rows.append(
+                {
+                    "form": name,
+                    "N": n,
+                    "iterations": float(iterations.mean()),
+                    "most_iterations": int(iterations.max()),
+                    "passes": float(trace.passes[0] / trace.solves[0]),
+                    "failed": int(
+                        (trace.rows[0, :, surface_rows.STATUS] > status.NO_CONTACT).sum()
+                    ),
+                }
+            )
+    table = pd.DataFrame(rows)
+    print_table(
+        ["", "N", "iterations", "at most", "passes a solve", "failed rows"],
+        [
+            [r.form, f"{r.N}", f"{r.iterations:.1f}", f"{r.most_iterations}", f"{r.passes:.1f}",
+             f"{r.failed}"]
+            for r in table.itertuples()
+        ],
+    )  # fmt: skip
+    print()
+    return table
 
 
 def time_slope(table: pd.DataFrame) -> float:

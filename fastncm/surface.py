@@ -316,6 +316,8 @@ def _sharp(vertices: Array, interval: float) -> Array:
         corner = at[len(length[d]) + np.arange(len(length[d]))]
         before = np.searchsorted(at, corner - 0.5 * interval, side="right") - 1
         after = np.searchsorted(at, corner + 0.5 * interval, side="right") - 1
+        # a polygon smaller than an interval turns by all that is known of it
+        after, before = np.minimum(after, len(around) - 1), np.maximum(before, 0)
         turns[d] = around[after] - around[before] > _TURN
     sharp: Array = (longer | turns).any(axis=0)
     return sharp
