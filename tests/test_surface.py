@@ -38,3 +38,11 @@ def test_all_scenes_share_one_compilation(changes, positions):
     assert dict(zip(ours._fields, kinds[0], strict=True)) == dict(
         zip(ours._fields, kinds[1], strict=True)
     )
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 0.3, 3.0])
+def test_all_corners_of_a_square_are_seen_at_any_size(size: float) -> None:
+    """Against an interval: a right angle turns more than nodes can follow, however short its
+    sides."""
+    square = size * np.array([[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]])
+    assert surface._sharp(square, interval=1.0).all()
