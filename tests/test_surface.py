@@ -1,8 +1,11 @@
 """From scenes of direct contact to dimensionless problems."""
 
 import numba
+import numpy as np
 import pytest
 from surfaces import lowered_surface
+
+from fastncm import surface
 
 SQUARE = [[-0.1, 0.0], [0.0, -0.07], [0.1, 0.0], [0.0, 0.07]]
 PLANE = {
