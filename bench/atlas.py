@@ -27,7 +27,7 @@ RETRIED = 4
 """Failed rows of each kind, with friction and without, that are tried again in other ways."""
 CAUSES = {
     "snaps": "the branch from first touch ended at a limit point, which the row tells",
-    "with one contact": "friction locks, or a second contact",
+    "No equilibrium on the branch": "friction locks, or the branch from first touch ends",
     "overlap": "the target cannot be got out of the way (taut finger, target inside the jaw)",
     "from the last position": "not solved",
 }

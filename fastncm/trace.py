@@ -75,16 +75,18 @@ def _solve_chunk(lowered: Lowered, pending: Array) -> Iterator[Solved]:
     order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
     while len(pending):
         problem = lowered.problem(order, pending)
-        trace = _trace(problem, solver.rtol, solver.hessian == "exact")
+        options = _options(solver.rtol, solver.hessian == "exact")
+        trace = _trace(problem, options)
         _mark_direction(trace, lowered.direction[pending], lowered.turn)
         accepted = np.ones(len(pending), dtype=bool)
         if solver.order == "auto" and order < c.MAX_ORDER:
             accepted = _truncation(trace) <= solver.rtol
         if accepted.all():
-            yield Solved(pending, order, problem, trace)
+            yield _explained(Solved(pending, order, problem, trace), options)
             break
         if accepted.any():
-            yield _subset(Solved(pending, order, problem, trace), accepted)
+            some = _subset(Solved(pending, order, problem, trace), accepted)
+            yield _explained(some, options)
         pending = pending[~accepted]
         order = min(order + max(1, order // 6), c.MAX_ORDER)
 
@@ -124,24 +126,34 @@ def _truncation(trace: Trace) -> Array:
     return largest
 
 
-def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
-    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must
-    be."""
-    tolerance = kkt_tolerance(rtol)
-    options = Options(
-        tolerance=tolerance,
+def _options(rtol: float, exact: bool) -> Options:
+    return Options(
+        tolerance=kkt_tolerance(rtol),
         rounding=c.GAP_ROUNDING,
         iterations=_EXACT_ITERATIONS if exact else _BFGS_ITERATIONS,
         exact=exact,
         armijo=1e-4,
         shortest=1e-8,
     )
+
+
+def _explained(solved: Solved, options: Options) -> Solved:
+    """The same with what is said of failed rows, which takes longer than to solve them: for the
+    order that counts only."""
+    if solved.problem.form == c.CLOSEST:
+        explain_ends(solved.problem, options, solved.trace)
+    return solved
+
+
+def _trace(problem: Problem, options: Options) -> Trace:
+    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must
+    be."""
     constraints = most_constraints(problem)
     trace = _room(problem, constraints)
-    if problem.form != c.CLOSEST or not exact:
+    if problem.form != c.CLOSEST or not options.exact:
         trace_carefully(problem, options, trace)
     else:
-        trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
+        trace_lanes(problem, options.tolerance, LONGEST_MOVE, trace)
         designs = np.flatnonzero(_failed(trace) & can_be_careful(problem))
         if len(designs):
             again = _select(problem, designs)
@@ -149,8 +161,7 @@ def _trace(problem: Problem, rtol: float, exact: bool) -> Trace:
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
     if problem.form == c.CLOSEST:
-        locate_events(problem, tolerance, trace)
-        explain_ends(problem, options, trace)
+        locate_events(problem, options.tolerance, trace)
     return trace
 
 

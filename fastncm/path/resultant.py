@@ -78,13 +78,14 @@ def resultant(work, rubbing, gap):
 @inner
 def count_contacts(work, rubbing, lanes, lane, row, contacts):
     """Contacts and sticking ones of the solved `lane` into its row, and what each does into
-    `contacts` (C, 4)."""
-    touching, sticking = 0, False
+    `contacts` (C, 4). Returns the last one's feature."""
+    touching, sticking, feature = 0, False, c.VOID
     contacts[:, :] = 0.0
     for k in range(work.multipliers.shape[0]):
         force, rub, gap = work.multipliers[k], rubbing.rub[k], work.at.gaps[:, k]
         if force > 0.0:
             touching += 1
+            feature = int(gap[c.FEATURE])
             if lanes.mu[lane] > 0.0 and rubbing.kept[k] == several.STICKS:
                 sticking, lanes.anchor[lane] = True, rubbing.anchor[k]
             one = contacts[min(touching, contacts.shape[0]) - 1]
@@ -93,6 +94,7 @@ def count_contacts(work, rubbing, lanes, lane, row, contacts):
             one[3] = force * gap[c.GY] + rub * gap[c.GX]
     row[rows.CONTACTS] = touching
     row[rows.STICKING] = touching if sticking else 0  # two contacts stick together
+    return feature
 
 
 @inner

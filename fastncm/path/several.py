@@ -171,7 +171,8 @@ def unload(lane, rubbing):
 def _grazes(design, t, residual, work):
     """True where only rounding keeps the gaps of a light contact from being closed, as in
     `path.newton`."""
-    reach = design.target[design.which, c.TARGET_RADIUS] + abs(t)
+    d = design.which
+    reach = design.target[d, c.TARGET_RADIUS] + abs(design.jaw[d, c.RHO]) + abs(t)
     for k in range(work.multipliers.shape[0]):
         gap = work.at.gaps[c.GAP, k]
         off = abs(gap) if work.multipliers[k] != 0.0 else -gap
@@ -251,6 +252,9 @@ def _step(mu, u, work, rubbing):
     if _agrees(mu, u, work, rubbing):
         return True
     pairs = rubbing.state.shape[0]
+    rubbing.state[:] = OPEN  # on the way there may be no contact
+    if _agrees(mu, u, work, rubbing):
+        return True
     for apart in range(pairs):  # each pair alone, then two
         for k in range(pairs - apart):
             for code in range(FORWARD, STICKS + 1 if apart == 0 else (STICKS + 1) ** 2):
@@ -272,7 +276,7 @@ def _agrees(mu, u, work, rubbing):
     """Solve the linearised conditions with the pairs' states; whether the answer keeps them."""
     modes, pairs = u.shape[0], rubbing.state.shape[0]
     size = _fill(mu, u, work, rubbing)
-    if size == modes or _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
+    if size == 0 or _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
         return False
     largest, row = 0.0, modes
     for k in range(pairs):
@@ -314,8 +318,8 @@ def _side(state, mu):
 
 @inner
 def _fill(mu, u, work, rubbing):
-    """The linear system of the pairs' states. Returns its size; 0 equations more than unknowns of
-    the shape where a pair that is to be closed does not face."""
+    """The linear system of the pairs' states. Returns its size; 0 where a pair that is to be closed
+    does not face."""
     modes, matrix, right = u.shape[0], rubbing.matrix, rubbing.right
     matrix[:, :] = 0.0
     for i in range(modes):
@@ -328,7 +332,7 @@ def _fill(mu, u, work, rubbing):
         if state == OPEN:
             continue
         if work.at.gaps[c.FEATURE, k] == c.VOID:
-            return modes
+            return 0
         side = 0.0 if state == STICKS else _side(state, mu)
         for i in range(modes):
             matrix[row, i] = work.at.jacobian[k, i]
