@@ -11,6 +11,7 @@ from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.path import rows, several
+from fastncm.path.left_out import left_out
 from fastncm.sqp.design import Design
 from fastncm.sqp.solve import SqpWork, make_work
 
@@ -125,7 +126,7 @@ def truncation(problem, lanes, lane, spare, work, rubbing, wide):
         problem.form,
         problem.points,
     )
-    total, size = several.left_out(design, own, mu, lanes.t[lane], wide.u, wide.work, wide.rubbing)
+    total, size = left_out(design, own, mu, lanes.t[lane], wide.u, wide.work, wide.rubbing)
     return rows.SAFETY * total + rows.RESERVE * size
 
 
