@@ -94,16 +94,18 @@ def _solve_chunk(lowered: Lowered, pending: Array, memory: _Memory) -> Iterator[
     order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
     while len(pending):
         problem = lowered.problem(order, pending)
-        trace, truncation = _trace(problem, solver.rtol, solver.hessian == "exact", memory)
+        options = _options(solver.rtol, solver.hessian == "exact")
+        trace, truncation = _trace(problem, options, memory)
         _mark_direction(trace, lowered.direction[pending], lowered.turn)
         accepted = np.ones(len(pending), dtype=bool)
         if solver.order == "auto" and order < c.MAX_ORDER:
             accepted = truncation <= solver.rtol
         if accepted.all():
-            yield Solved(pending, order, problem, trace)
+            yield _explained(Solved(pending, order, problem, trace), options)
             break
         if accepted.any():
-            yield _subset(Solved(pending, order, problem, trace), accepted)
+            some = _subset(Solved(pending, order, problem, trace), accepted)
+            yield _explained(some, options)
         pending = pending[~accepted]
         order = min(order + max(1, order // 6), c.MAX_ORDER)
 
@@ -133,29 +135,39 @@ def _first_order(rtol: float) -> int:
     return next((order for limit, order in _FIRST_ORDERS if rtol >= limit), _LAST_RESORT)
 
 
-def _trace(problem: Problem, rtol: float, exact: bool, memory: _Memory) -> tuple[Trace, Array]:
-    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must be.
-
-    Returns the trace, and each design's largest estimate of what its order leaves out, (D,).
-    """
-    tolerance = kkt_tolerance(rtol)
-    options = Options(
-        tolerance=tolerance,
+def _options(rtol: float, exact: bool) -> Options:
+    return Options(
+        tolerance=kkt_tolerance(rtol),
         rounding=c.GAP_ROUNDING,
         iterations=_EXACT_ITERATIONS if exact else _BFGS_ITERATIONS,
         exact=exact,
         armijo=1e-4,
         shortest=1e-8,
     )
+
+
+def _explained(solved: Solved, options: Options) -> Solved:
+    """The same with what is said of failed rows, which takes longer than to solve them: for the
+    order that counts only."""
+    if solved.problem.form == c.CLOSEST:
+        explain_ends(solved.problem, options, solved.trace)
+    return solved
+
+
+def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, Array]:
+    """Solve one chunk: side by side where the closed form allows it, by the SQP where it must be.
+
+    Returns the trace, and each design's largest estimate of what its order leaves out, (D,).
+    """
     constraints = most_constraints(problem)
     positions = problem.positions.shape[1]
-    if problem.form != c.CLOSEST or not exact:
+    if problem.form != c.CLOSEST or not options.exact:
         trace = make_trace(*_room(problem, constraints))
         trace_carefully(problem, options, trace)
         seen = review(trace.rows, positions)
     else:
         trace = _lanes_trace(memory, _room(problem, constraints))
-        trace_lanes(problem, tolerance, LONGEST_MOVE, trace)
+        trace_lanes(problem, options.tolerance, LONGEST_MOVE, trace)
         seen = review(trace.rows, positions)
         designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & can_be_careful(problem))
         if len(designs):
@@ -166,8 +178,7 @@ def _trace(problem: Problem, rtol: float, exact: bool, memory: _Memory) -> tuple
             _replace(trace, second, designs)
             seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST:
-        locate_events(problem, tolerance, trace, seen)
-        explain_ends(problem, options, trace)
+        locate_events(problem, options.tolerance, trace, seen)
     events = review(trace.rows, positions, first=positions)
     return trace, np.maximum(seen.truncation, events.truncation)
 

@@ -30,8 +30,9 @@ SAME_PLACE = 1e-9
 EDGE, CORNER_A, CORNER_B, RETURN = range(4)
 """What of the jaw touches: q is the place on the edge from 0 at a to 1 at b; the angle of the
 normal at a corner; the distance from a down the return face."""
-POINT, UNDERSIDE, FACE, BACK = range(4)
-"""What of the target touches: the circle about its point (radius 0: the block's corner), a side."""
+POINT, UNDERSIDE, FACE, BACK, FAR = range(5)
+"""What of the target touches: the circle about its point (radius 0: the block's corner), a side, or
+the block's far corner."""
 
 
 @dataclass(frozen=True)
@@ -183,6 +184,7 @@ def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
     target[side & (np.abs(gap[:, 0]) < SAME_PLACE)] = FACE
     behind = (f.length > 0.0) & (np.abs(claim.contact[:, 0] - far[:, 0]) < SAME_PLACE)
     target[side & ~on_far & behind] = BACK
+    target[block & on_far & (jaw == EDGE)] = FAR
     # a corner of the jaw on the block's own corner: the edge's end
     ends = block & on_corner & at_a | block & on_corner & at_b
     jaw[ends] = EDGE
@@ -275,7 +277,7 @@ def _miss(
     outward = _turned(normal, psi)
     # the circle's centre, or the block's corner
     middle = contact + f.radius[:, None] * outward - f.at
-    far = (jaw == RETURN) & (f.radius == 0.0)
+    far = (jaw == RETURN) & (f.radius == 0.0) | (target == FAR)
     middle[:, 0] -= np.where(far, f.length, 0.0)
     missed = middle
     for kind, height, level in (

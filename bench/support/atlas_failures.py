@@ -24,7 +24,12 @@ OVERLAP = "the target cannot be got out of the way"
 COVERED = "the target covers the clamp"
 UNSOLVED = "not solved"
 RAISES = "the package raises an exception"
-CAUSES = {"snaps": SNAP, "with one contact": LOCKS, "overlap": OVERLAP, "Error:": RAISES}
+CAUSES = {
+    "snaps": SNAP,
+    "No equilibrium on the branch": LOCKS,
+    "overlap": OVERLAP,
+    "Error:": RAISES,
+}
 """What the advice says, and the cause."""
 JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},

@@ -1,4 +1,6 @@
-"""Paths by the SQP: for designs that the lanes' Newton method leaves over, and for the point forms.
+"""Paths of one design at a time, for those that the lanes' Newton method leaves over: by Newton's
+method on the pairs that touch (`path.several`), by the SQP where a state is to be found from afar,
+and for the point forms.
 
 The branch that counts is the one that starts at first touch: `path.follow`.
 """
@@ -128,12 +130,12 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
         return reached, released
     gap = lanes.gap[:, lane]
     force, rub = resultant(work, rubbing, gap)
-    count_contacts(work, rubbing, lanes, lane, row, contacts)
+    feature = count_contacts(work, rubbing, lanes, lane, row, contacts)
     for k in range(spare.u.shape[0]):
         lanes.u[k, lane] = spare.u[k]
     several.unload(lane, rubbing)
     single = problem.form == c.CLOSEST and row[rows.CONTACTS] == 1
-    lanes.hold[lane] = -1 if single else AS_STORED
+    lanes.hold[lane] = feature if single else AS_STORED
     lanes.force[lane], lanes.rub[lane] = force, rub if mu > 0.0 else 0.0
     lanes.sticks[lane] = row[rows.STICKING] > 0.0 and single
     lanes.holds[0] = lanes.holds[0] or lanes.sticks[lane]

@@ -1,9 +1,10 @@
-"""Following the stable equilibria of one design by the SQP, from one position of the target to the
-next, and over their end to what the finger snaps to.
+"""Following the stable equilibria of one design, from one position of the target to the next, and
+over their end to what the finger snaps to.
 
-What counts is the branch that starts at first touch; the SQP by itself finds some minimum. So a
-move is taken only if the solution is a minimum along its active constraints and has come there
-evenly, and is divided otherwise. A branch ends at a limit point, or where an edge or a corner slips
+What counts is the branch that starts at first touch. So a move, by Newton's method or for the point
+forms by the SQP, is taken only if the solution is a minimum along its active constraints and has
+come there evenly, and is divided otherwise. The SQP also finds what the finger snaps to: by itself
+it finds some minimum. A branch ends at a limit point, or where an edge or a corner slips
 off another; there the finger snaps to a state of less energy.
 """
 
@@ -30,6 +31,9 @@ _MOST_MOVES = 400
 _BEYOND = (1.0, 1e2, 1e4)
 #: How much more energy (of its share by the way there) a snap releases than a smooth way does.
 _FALL = 4.0
+#: Force over the size of the shape, which is one over how far the contact gives way to a unit force
+#: (its root; some 0.5 for a finger that bends): from here on the finger is taut.
+_TAUT = 500.0
 #: A change of shape (share of the shape) that is small; and by how much (share of the change) the
 #: shape half-way may be off the middle: half of it is a jump. A finger that is hit head-on buckles
 #: with the square root of the way, 0.21 off.
@@ -91,21 +95,21 @@ def approach(design, mu, start, stop, spare, work, rubbing, options):
         total += iterations
         if not followed and abs(room) <= shortest and mu == 0.0:
             if design.form == c.CLOSEST:
-                result, iterations, followed = _move(design, t, goal, spare, work, options)
+                _, iterations, followed = _move(design, t, goal, spare, work, options)
                 total += iterations
             if not followed:
                 goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
                 total += iterations
                 followed = fallen > 0.0
                 whole = goal == stop
-                if followed:
-                    result = status.CONVERGED
                 if followed and released == 0.0:
                     reached, released = t, fallen
-            for k in range(work.multipliers.shape[0]):
-                pressed = followed and work.multipliers[k] > 0.0
-                rubbing.state[k] = several.FORWARD if pressed else several.OPEN
-            several.keep(work, rubbing)
+            if followed:
+                result = status.CONVERGED
+                for k in range(work.multipliers.shape[0]):
+                    pressed = work.multipliers[k] > 0.0
+                    rubbing.state[k] = several.FORWARD if pressed else several.OPEN
+                several.keep(work, rubbing)
         if followed:
             _copy(spare.u, spare.u_start)
             t = goal
@@ -118,7 +122,18 @@ def approach(design, mu, start, stop, spare, work, rubbing, options):
             break
     if result == status.CONVERGED or mu == 0.0 and result == status.NO_EQUILIBRIUM:
         result = status.MAX_ITERATIONS
+    if mu == 0.0 and _is_taut(spare, rubbing):
+        result = status.INFEASIBLE
     return result, t if released == 0.0 else reached, released, total
+
+
+@inner
+def _is_taut(spare, rubbing):
+    """True where the finger of the last position hardly gives way to its contact force."""
+    force = 0.0
+    for k in range(rubbing.kept_force.shape[0]):
+        force += rubbing.kept_force[k]
+    return force > _TAUT * np.sqrt(2.0 * _energy(spare.u_start))
 
 
 @inner

@@ -11,6 +11,7 @@ from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.path import rows, several
+from fastncm.path.left_out import left_out
 from fastncm.sqp.design import Design
 from fastncm.sqp.solve import SqpWork, make_work
 
@@ -78,13 +79,14 @@ def resultant(work, rubbing, gap):
 @inner
 def count_contacts(work, rubbing, lanes, lane, row, contacts):
     """Contacts and sticking ones of the solved `lane` into its row, and what each does into
-    `contacts` (C, 4)."""
-    touching, sticking = 0, False
+    `contacts` (C, 4). Returns the last one's feature."""
+    touching, sticking, feature = 0, False, c.VOID
     contacts[:, :] = 0.0
     for k in range(work.multipliers.shape[0]):
         force, rub, gap = work.multipliers[k], rubbing.rub[k], work.at.gaps[:, k]
         if force > 0.0:
             touching += 1
+            feature = int(gap[c.FEATURE])
             if lanes.mu[lane] > 0.0 and rubbing.kept[k] == several.STICKS:
                 sticking, lanes.anchor[lane] = True, rubbing.anchor[k]
             one = contacts[min(touching, contacts.shape[0]) - 1]
@@ -93,6 +95,7 @@ def count_contacts(work, rubbing, lanes, lane, row, contacts):
             one[3] = force * gap[c.GY] + rub * gap[c.GX]
     row[rows.CONTACTS] = touching
     row[rows.STICKING] = touching if sticking else 0  # two contacts stick together
+    return feature
 
 
 @inner
@@ -123,7 +126,7 @@ def truncation(problem, lanes, lane, spare, work, rubbing, wide):
         problem.form,
         problem.points,
     )
-    total, size = several.left_out(design, own, mu, lanes.t[lane], wide.u, wide.work, wide.rubbing)
+    total, size = left_out(design, own, mu, lanes.t[lane], wide.u, wide.work, wide.rubbing)
     return rows.SAFETY * total + rows.RESERVE * size
 
 

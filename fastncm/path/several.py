@@ -21,6 +21,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels import rod
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.elimination import eliminate
 from fastncm.path.slip import contact_slip
 from fastncm.sqp import design as model
 from fastncm.sqp import status
@@ -31,8 +32,8 @@ OPEN, FORWARD, BACKWARD, STICKS = range(4)
 _STEPS = 30
 _EQUATIONS = 3
 #: What is rounding: a gap, or a slip against its sense (finger lengths); a force (share of the
-#: largest); a pivot (all entries scaled to at most 1).
-_GAP_ROUNDING, _FORCE_ROUNDING, _PIVOT_ROUNDING = 1e-13, 1e-11, 1e-14
+#: largest).
+_GAP_ROUNDING, _FORCE_ROUNDING = 1e-13, 1e-11
 #: By how much a step may turn the tip: a thin end turns far.
 _LONGEST_TURN = 0.05
 #: Residual that is accepted where rounding lets it fall no further.
@@ -104,17 +105,17 @@ def solve(design, mu, before, t, u, work, rubbing, options):
     ``work.multipliers`` and the friction forces ``rubbing.rub`` likewise. Leaves the evaluation in
     ``work.at``. Returns ``(status, iterations, residual)``.
     """
-    _evaluate(design, mu, before, u, work.at, rubbing)
+    evaluate(design, mu, before, u, work.at, rubbing)
     for k in range(rubbing.state.shape[0]):
         faces = work.at.gaps[c.FEATURE, k] != c.VOID
         rubbing.anchor[k] = rubbing.slipped[k] if faces else np.nan
-    _evaluate(design, mu, t, u, work.at, rubbing)
+    evaluate(design, mu, t, u, work.at, rubbing)
     for k in range(rubbing.state.shape[0]):
         if np.isnan(rubbing.anchor[k]):  # what begins to face: less the target's own way
             rubbing.anchor[k] = rubbing.slipped[k] + work.at.gaps[c.GY, k] * (t - before)
     last = np.inf
     for iteration in range(_STEPS):
-        _add_up_stiffness(design, work, rubbing)
+        add_up_stiffness(design, work, rubbing)
         if not _step(mu, u, work, rubbing):
             return status.NO_EQUILIBRIUM, iteration + 1, last
         turn = 0.0
@@ -123,7 +124,7 @@ def solve(design, mu, before, t, u, work, rubbing, options):
         share = min(1.0, _LONGEST_TURN / abs(turn)) if turn != 0.0 else 1.0
         for i in range(u.shape[0]):
             u[i] += share * rubbing.right[i]
-        _evaluate(design, mu, t, u, work.at, rubbing)
+        evaluate(design, mu, t, u, work.at, rubbing)
         residual = friction_residual(mu, u, work, rubbing)
         stalled = residual >= 0.5 * last
         rounded = residual <= _STALLED or _grazes(design, t, residual, work)
@@ -171,7 +172,8 @@ def unload(lane, rubbing):
 def _grazes(design, t, residual, work):
     """True where only rounding keeps the gaps of a light contact from being closed, as in
     `path.newton`."""
-    reach = design.target[design.which, c.TARGET_RADIUS] + abs(t)
+    d = design.which
+    reach = design.target[d, c.TARGET_RADIUS] + abs(design.jaw[d, c.RHO]) + abs(t)
     for k in range(work.multipliers.shape[0]):
         gap = work.at.gaps[c.GAP, k]
         off = abs(gap) if work.multipliers[k] != 0.0 else -gap
@@ -181,7 +183,7 @@ def _grazes(design, t, residual, work):
 
 
 @inner
-def _evaluate(design, mu, t, u, at, rubbing):
+def evaluate(design, mu, t, u, at, rubbing):
     """Gaps of all pairs at `u` with the target at `t`, and with friction the wrenches and slips."""
     model.evaluate(design, t, u, at)
     if mu == 0.0:
@@ -206,7 +208,7 @@ def _evaluate(design, mu, t, u, at, rubbing):
 
 
 @inner
-def _add_up_stiffness(design, work, rubbing):
+def add_up_stiffness(design, work, rubbing):
     """``base = d(u - J^T wrench)/du`` under the forces as they stand."""
     at, base = work.at, rubbing.base
     modes = base.shape[0]
@@ -251,6 +253,9 @@ def _step(mu, u, work, rubbing):
     if _agrees(mu, u, work, rubbing):
         return True
     pairs = rubbing.state.shape[0]
+    rubbing.state[:] = OPEN  # on the way there may be no contact
+    if _agrees(mu, u, work, rubbing):
+        return True
     for apart in range(pairs):  # each pair alone, then two
         for k in range(pairs - apart):
             for code in range(FORWARD, STICKS + 1 if apart == 0 else (STICKS + 1) ** 2):
@@ -271,8 +276,8 @@ def _step(mu, u, work, rubbing):
 def _agrees(mu, u, work, rubbing):
     """Solve the linearised conditions with the pairs' states; whether the answer keeps them."""
     modes, pairs = u.shape[0], rubbing.state.shape[0]
-    size = _fill(mu, u, work, rubbing)
-    if size == modes or _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
+    size = fill(mu, u, work, rubbing)
+    if size == 0 or eliminate(rubbing.matrix, rubbing.right, rubbing.scale, size) <= 0.0:
         return False
     largest, row = 0.0, modes
     for k in range(pairs):
@@ -286,7 +291,7 @@ def _agrees(mu, u, work, rubbing):
             rubbing.rub[k] = rubbing.right[row]
             row += 1
         else:
-            rubbing.rub[k] = _side(rubbing.state[k], mu) * work.multipliers[k]
+            rubbing.rub[k] = side_of(rubbing.state[k], mu) * work.multipliers[k]
     for k in range(pairs):
         opens, slips = work.at.gaps[c.GAP, k], rubbing.slipped[k] - rubbing.anchor[k]
         for i in range(modes):
@@ -301,21 +306,21 @@ def _agrees(mu, u, work, rubbing):
         elif state == STICKS:
             if abs(rubbing.rub[k]) > mu * force + _FORCE_ROUNDING * largest:
                 return False
-        elif slips * _side(state, mu) < -_GAP_ROUNDING * mu:
+        elif slips * side_of(state, mu) < -_GAP_ROUNDING * mu:
             return False
     return True
 
 
 @inlined
-def _side(state, mu):
+def side_of(state, mu):
     """Friction over normal force of a pair that slides."""
     return mu if state == FORWARD else -mu
 
 
 @inner
-def _fill(mu, u, work, rubbing):
-    """The linear system of the pairs' states. Returns its size; 0 equations more than unknowns of
-    the shape where a pair that is to be closed does not face."""
+def fill(mu, u, work, rubbing):
+    """The linear system of the pairs' states. Returns its size; 0 where a pair that is to be closed
+    does not face."""
     modes, matrix, right = u.shape[0], rubbing.matrix, rubbing.right
     matrix[:, :] = 0.0
     for i in range(modes):
@@ -328,8 +333,8 @@ def _fill(mu, u, work, rubbing):
         if state == OPEN:
             continue
         if work.at.gaps[c.FEATURE, k] == c.VOID:
-            return modes
-        side = 0.0 if state == STICKS else _side(state, mu)
+            return 0
+        side = 0.0 if state == STICKS else side_of(state, mu)
         for i in range(modes):
             matrix[row, i] = work.at.jacobian[k, i]
             matrix[i, row] = -work.at.jacobian[k, i] - side * rubbing.drag[k, i]
@@ -342,60 +347,6 @@ def _fill(mu, u, work, rubbing):
             right[row] = rubbing.slipped[k] - rubbing.anchor[k]
             row += 1
     return row
-
-
-@inner
-def _eliminate(a, x, scale, n):
-    """Solve ``a x = b`` of the leading n equations by elimination with row pivots; b on entry in
-    `x`. All are overwritten. Returns the determinant's sign, 0 where a pivot is rounding.
-
-    Rows, then columns, are scaled to entries of at most 1: modes of a thin end are stiff. scale:
-    (n,).
-    """
-    for i in range(n):
-        largest = 0.0
-        for j in range(n):
-            largest = max(largest, abs(a[i, j]))
-        if not largest > 0.0:
-            return 0.0
-        x[i] /= largest
-        for j in range(n):
-            a[i, j] /= largest
-    for j in range(n):
-        scale[j] = 0.0
-        for i in range(n):
-            scale[j] = max(scale[j], abs(a[i, j]))
-        if not scale[j] > 0.0:
-            return 0.0
-        for i in range(n):
-            a[i, j] /= scale[j]
-    sign = 1.0
-    for j in range(n):
-        best = j
-        for i in range(j + 1, n):
-            if abs(a[i, j]) > abs(a[best, j]):
-                best = i
-        if not abs(a[best, j]) > _PIVOT_ROUNDING:
-            return 0.0
-        if best != j:
-            sign = -sign
-            x[j], x[best] = x[best], x[j]
-            for k in range(n):
-                a[j, k], a[best, k] = a[best, k], a[j, k]
-        sign = sign if a[j, j] > 0.0 else -sign
-        for i in range(j + 1, n):
-            factor = a[i, j] / a[j, j]
-            if factor != 0.0:
-                x[i] -= factor * x[j]
-                for k in range(j + 1, n):
-                    a[i, k] -= factor * a[j, k]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            x[i] -= a[i, k] * x[k]
-        x[i] /= a[i, i]
-    for i in range(n):
-        x[i] /= scale[i]
-    return sign
 
 
 @inner
@@ -423,59 +374,9 @@ def friction_residual(mu, u, work, rubbing):
         residual = max(residual, -gap / deflection)
         if state != OPEN:
             slips = rubbing.slipped[k] - rubbing.anchor[k]
-            against = abs(slips) if state == STICKS else -slips * _side(state, 1.0)
+            against = abs(slips) if state == STICKS else -slips * side_of(state, 1.0)
             residual = max(
                 residual, abs(gap) / deflection, -forces[k] / force, against / deflection
             )
             residual = max(residual, (abs(rubbing.rub[k]) - mu * forces[k]) / force)
     return residual
-
-
-@inner
-def left_out(design, own, mu, t, u, work, rubbing):
-    """What the modes that are left out do to the resultant contact force: ``(their sum, the sum of
-    their sizes)`` over the force.
-
-    design: with these modes behind its `own`; u: (m,), zero for them; work, rubbing: for all of
-    them, with the solution's forces and states. Each mode's lack of equilibrium, the contacts' work
-    with it (`path.rows`), is answered by the linearised system of all modes.
-    """
-    _evaluate(design, mu, t, u, work.at, rubbing)
-    _add_up_stiffness(design, work, rubbing)
-    total_x, total_y, size = 0.0, 0.0, 0.0
-    for mode in range(own, u.shape[0]):
-        count = _fill(mu, u, work, rubbing)
-        rubbing.right[:] = 0.0
-        for k in range(rubbing.state.shape[0]):
-            rubbing.right[mode] += (
-                work.multipliers[k] * work.at.jacobian[k, mode]
-                + rubbing.rub[k] * rubbing.drag[k, mode]
-            )
-        if _eliminate(rubbing.matrix, rubbing.right, rubbing.scale, count) == 0.0:
-            return np.inf, np.inf
-        fx, fy = _change_of_force(mu, u, work, rubbing)
-        total_x, total_y = total_x + fx, total_y + fy
-        size += np.sqrt(fx * fx + fy * fy)
-    force = np.sqrt(work.at.force[0, 0] ** 2 + work.at.force[1, 0] ** 2)
-    return np.sqrt(total_x**2 + total_y**2) / force, size / force
-
-
-@inner
-def _change_of_force(mu, u, work, rubbing):
-    """Change of the contacts' resultant with the solution in ``rubbing.right``."""
-    fx, fy, row = 0.0, 0.0, u.shape[0]
-    for i in range(u.shape[0]):
-        fx += rubbing.carried[0, i] * rubbing.right[i]
-        fy += rubbing.carried[1, i] * rubbing.right[i]
-    for k in range(rubbing.state.shape[0]):
-        if rubbing.state[k] == OPEN:
-            continue
-        force, gap = rubbing.right[row], work.at.gaps[:, k]
-        row += 1
-        rub = _side(rubbing.state[k], mu) * force
-        if rubbing.state[k] == STICKS:
-            rub = rubbing.right[row]
-            row += 1
-        fx += force * gap[c.GX] - rub * gap[c.GY]
-        fy += force * gap[c.GY] + rub * gap[c.GX]
-    return fx, fy

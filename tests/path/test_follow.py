@@ -74,7 +74,7 @@ def test_a_corner_slips_off_the_block() -> None:
 
 def test_a_path_goes_on_behind_a_snap() -> None:
     """As the circle's contact comes to corner a, the branch turns back: the row behind is of the
-    branch beyond. (The jump is too small against the row's own change to be told.)"""
+    branch beyond."""
     case, position = SNAPPING, 0.0671
     start = shooting.peak_position(case).normal_force / shooting._force_unit(case)
 

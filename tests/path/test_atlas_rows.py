@@ -1,0 +1,90 @@
+"""Rows of the atlas of extreme scenes (`extremes`) that once had no answer, each with its cause and
+an expectation from elsewhere."""
+
+import extremes
+import numpy as np
+import pandas as pd
+import pytest
+import shooting_many
+
+import fastncm
+
+pytestmark = pytest.mark.compiled
+
+
+def solve(kind: str, index: int, **changes: object) -> fastncm.Curve:
+    scene = fastncm.load_scene(extremes.base_scene(kind))
+    return fastncm.solve(scene.replace(extremes.one(kind, index) | changes))
+
+
+def exact_force(kind: str, index: int, row: pd.Series) -> tuple[np.ndarray, float]:
+    """The force (2,), N, of the exact equilibrium next to a claimed one, and what rounding may do
+    to it (relative)."""
+    columns, case = extremes.jaw_block(kind, index // extremes.BLOCK), np.array([index])
+    unit, length = (
+        float(values[0])
+        for values in (
+            shooting_many.force_unit(columns, case),
+            columns["finger.length"][case],
+        )
+    )
+    claim = shooting_many.Claim(
+        row[["force_x_N", "force_y_N"]].to_numpy(float)[None] / unit,
+        row[["contact_x_m", "contact_y_m"]].to_numpy(float)[None] / length,
+        np.array([[row["tip_x_m"] / length, row["tip_y_m"] / length, row["tip_angle_rad"]]]),
+    )
+    fingers = shooting_many.fingers(columns, case, np.array([row["position"]]))
+    truth = shooting_many.exact(fingers, claim, np.zeros(1))
+    assert truth.found.all()
+    return truth.force[0] * unit, float(truth.rounding[0] / truth.normal[0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "index"),
+    [
+        # the block's far corner slides over the part of the arc that falls towards a
+        ("corner-convex", 146),
+        ("corner-concave", 94),
+        # corner a slips off the block; the SQP left the branch before
+        ("corner-straight", 166),
+        ("corner-concave", 11),
+        # contact ends and begins again on the way to a position
+        ("circle-concave", 14),
+        # solved, but measured at another pair: an estimate of 2
+        ("corner-straight", 37),
+    ],
+)
+def test_a_row_with_one_contact(kind: str, index: int) -> None:
+    row = solve(kind, index).frame().iloc[-1]
+    assert row["status"] == "converged"
+    assert row["contacts"] == 1
+    truth, rounding = exact_force(kind, index, row)
+    error = np.hypot(*(row[["force_x_N", "force_y_N"]].to_numpy(float) - truth))
+    assert error <= (10.0 * row["error_estimate"] + rounding) * np.hypot(*truth)
+    assert row["error_estimate"] < 1e-5
+
+
+def test_an_edge_that_comes_off_the_face() -> None:
+    """The first touch is 1e-9 from corner b: a kink that no step is short enough for. The last rows
+    have two contacts, the same with more modes."""
+    row = solve("corner-straight", 136).frame().iloc[-1]
+    other = solve("corner-straight", 136, **{"solver.order": 24}).frame().iloc[-1]
+    for one in (row, other):
+        assert (one["status"], one["contacts"]) == ("converged", 2)
+    assert row["normal_force_N"] == pytest.approx(other["normal_force_N"], rel=1e-8)
+    assert row["tip_angle_rad"] == pytest.approx(other["tip_angle_rad"], rel=1e-8)
+
+
+def test_a_block_in_a_cup() -> None:
+    """Corner a on the face and corner b on the underside: three pairs close one after the other.
+    Four modes for a tip of a 500th of the clamp's thickness: what more modes say is only near."""
+    frame = solve("corner-concave", 101).frame()
+    assert frame["status"].isin(["converged", "no_contact"]).all()
+
+
+@pytest.mark.parametrize(("kind", "index"), [("corner-straight", 146)])
+def test_a_taut_finger_is_infeasible(kind: str, index: int) -> None:
+    """Two modes cannot make the finger shorter: the last force before is far above what moved it
+    there."""
+    frame = solve(kind, index).frame()
+    assert frame["status"].iloc[-1] == "infeasible"
