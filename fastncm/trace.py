@@ -16,6 +16,7 @@ from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.events import locate_events
 from fastncm.path.limit import explain_ends
+from fastncm.path.overlap import mark_overlaps
 from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
 from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace
@@ -177,6 +178,8 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
             seen = review(trace.rows, positions)
+    if mark_overlaps(problem, trace):
+        seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST:
         locate_events(problem, options.tolerance, trace, seen)
     events = review(trace.rows, positions, first=positions)

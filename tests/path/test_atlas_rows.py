@@ -88,3 +88,13 @@ def test_a_taut_finger_is_infeasible(kind: str, index: int) -> None:
     there."""
     frame = solve(kind, index).frame()
     assert frame["status"].iloc[-1] == "infeasible"
+
+
+@pytest.mark.parametrize("index", [71, 102, 157, 227, 317, 385, 426, 472, 526])
+def test_a_short_block_across_a_cup_is_no_free_finger(index: int) -> None:
+    """In one long move the block comes to lie across the arc's middle, which `bench/atlas.py` finds
+    inside the block; the rows said "no_contact"."""
+    frame = solve("corner-concave", index).frame()
+    last = frame.iloc[-1]
+    assert last["status"] in ("max_iterations", "infeasible", "no_equilibrium")
+    assert np.isnan(last["normal_force_N"])
