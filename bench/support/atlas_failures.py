@@ -17,14 +17,14 @@ import shooting_many
 from support import atlas_bulk, atlas_overlaps, atlas_runs, atlas_slsqp
 
 SNAP = "the branch from first touch ends at a limit point (snap)"
-LOCKS = "friction locks"
+LOCKS = "friction locks, or the branch ends"
 SEVERAL = "two contacts with friction"
 FAR_CORNER = "far corner of a short block"
 OVERLAP = "the target cannot be got out of the way"
 COVERED = "the target covers the clamp"
 UNSOLVED = "not solved"
 RAISES = "the package raises an exception"
-CAUSES = {"snaps": SNAP, "with one contact": LOCKS, "overlap": OVERLAP, "Error:": RAISES}
+CAUSES = {"snaps": SNAP, "friction locks": LOCKS, "overlap": OVERLAP, "Error:": RAISES}
 """What the advice says, and the cause."""
 JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},
