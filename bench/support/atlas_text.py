@@ -8,7 +8,6 @@ from support import markdown_table
 WRONG = 10.0
 """Times the estimate."""
 LOOSE = 1e-5
-SOLVED = ("converged", "no_contact")
 Table = tuple[pd.DataFrame, dict[str, object]]
 
 
