@@ -37,9 +37,9 @@ SHOT_SCENES = 500
 """Scenes of each kind of jaws that are compared with shooting."""
 FINER_SCENES = 40
 """Scenes of each kind of direct contact that are compared with finer ones."""
-TRIED = 25
+TRIED = 10
 """Failed rows of each kind, with friction and without, that are tried in other ways; ..."""
-BY_SLSQP = 5
+BY_SLSQP = 3
 """... and of those without friction that are still not solved, those that SLSQP gets."""
 JOBS = 2
 
