@@ -41,6 +41,8 @@ TRIED = 10
 """Failed rows of each kind, with friction and without, that are tried in other ways; ..."""
 BY_SLSQP = 3
 """... and of those without friction that are still not solved, those that SLSQP gets."""
+MOST_INTERVALS = 360
+"""Of scenes in direct contact that are tried in other ways."""
 JOBS = 2
 
 
@@ -93,6 +95,8 @@ def refined(kind: str, scenes: int) -> pd.DataFrame:
 def sample(table: pd.DataFrame) -> pd.DataFrame:
     """The failed rows that are tried in other ways."""
     failed = table[table["cause"] != ""]
+    if "solver.intervals" in failed:
+        failed = failed[failed["solver.intervals"].astype(int) <= MOST_INTERVALS]
     rubs = failed["friction.mu"] > 0.0
     return failed.groupby(["kind", rubs], sort=False).head(TRIED)
 

@@ -30,7 +30,7 @@ JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},
     {"path.steps": 60, "solver.order": 12},
 )
-SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 100},)
+SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 30},)
 FRICTION_STEPS = 10
 
 
