@@ -44,7 +44,8 @@ def draw_jaws(table: pd.DataFrame) -> None:
         by_taper,
         "mean",
         "no answer (it may lock), μ > 0",
-        **share,
+        norm=Normalize(0.0, 0.6),
+        cmap="Reds",
     )
     size = {"norm": Normalize(-14.0, 0.0), "cmap": "viridis"}
     heat(

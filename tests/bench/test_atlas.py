@@ -166,7 +166,7 @@ def test_tapers_of_any_ratio_converge(taper: float) -> None:
 def test_rates_of_unsolved_scenes_by_hand() -> None:
     """Of 1,000 scenes 20 have failed, 10 of them tried: 2 solved by smaller steps, 1 by SLSQP."""
     cause = [""] * 980 + ["not solved"] * 20
-    table = pd.DataFrame({"cause": cause, "friction.mu": 0.0})
+    table = pd.DataFrame({"kind": "circle", "cause": cause, "friction.mu": 0.0})
     by = ["path.steps = 200"] * 2 + ["SLSQP"] + [""] * 7
     tried = pd.DataFrame({"cause": "not solved", "friction.mu": 0.0, "solved_by": by})
     tried = tried.assign(kind="circle", index=range(10))
