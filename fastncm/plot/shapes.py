@@ -161,5 +161,6 @@ def _window(curve: Curve, rows: Sequence[int]) -> tuple[tuple[float, float], tup
         return (1e3 * low[0], 1e3 * high[0]), (1e3 * low[1], 1e3 * high[1])
     shown_of_target = min(scene.target.radius or np.inf, TARGET_HEIGHT * scene.finger.length)
     target_top = scene.path.y + shown_of_target + margin
-    low, high = 1e3 * low, 1e3 * np.maximum(high, [0.0, target_top])
+    farthest = curve.frame()["position"].iloc[list(rows)].max() + (scene.target.radius or 0.0)
+    low, high = 1e3 * low, 1e3 * np.maximum(high, [farthest + margin, target_top])
     return (low[0], high[0]), (low[1], high[1])
