@@ -12,7 +12,7 @@ from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
 from fastncm.path.slip import slip
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
-from fastncm.path.walk import forget, predict, remember
+from fastncm.path.walk import doubt_leaps, forget, predict, remember
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
@@ -292,6 +292,7 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
                 newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
                 if lanes.rubs[0]:
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
+                doubt_leaps(lanes, walk)
                 _snap_back(problem, lanes, walk, tolerance)
                 newton.rates(lanes)
                 if lanes.rubs[0]:

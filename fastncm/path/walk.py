@@ -1,19 +1,25 @@
 """The predictor: where a shape and its contact force will be at the target's next position."""
 
 from fastncm.kernels import constants as c
-from fastncm.kernels.cache import inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
+from fastncm.kernels.lanewise import dot
 from fastncm.kernels.workspace import FLAG, INDEX, NUMBER, Layout
 from fastncm.path import rows
 from fastncm.path.lanes import MOST
 
+#: Energy that the target's work does not explain, over all that is stored, from which a move is
+#: taken again in shorter ones; and what is too little to matter (deflections near 1e-10).
+_LEAP, _NOTHING = 0.1, 1e-20
+
 #: What a block of lanes remembers of its last solved position, for the predictor.
 #:
 #: t, t_before: (LANES,); u, u_before, u_rate, u_rate_before: (m, LANES); force, force_rate ...
-#: likewise (LANES,); points: (LANES,) int64: how many positions in a row were solved on one
-#: contact feature (0, 1, 2); feature: (LANES,); slip, side, sticks, rub: (LANES,) of the contact's
-#: friction (`path.lanes`); sense: (LANES,) of the target's last move, 0 before the first one;
-#: lost: (LANES,) bool, whether the branch of sliding equilibria from first touch has ended.
+#: likewise (LANES,); power: (LANES,) the target's, per unit of its way; points: (LANES,) int64: how
+#: many positions in a row were solved on one contact feature (0, 1, 2); feature: (LANES,); slip,
+#: side, sticks, rub: (LANES,) of the contact's friction (`path.lanes`); sense: (LANES,) of the
+#: target's last move, 0 before the first one; lost: (LANES,) bool, whether the branch of sliding
+#: equilibria from first touch has ended.
 #:
 #: Of the way to the next position: touching: (LANES,) bool, whether there is contact at it; going:
 #: bool, whether the target is still on its way; room: the longest next move; blocked: the sense in
@@ -29,6 +35,7 @@ WALK = Layout(
         "u_before": (NUMBER, ("modes", LANES)),
         "u_rate": (NUMBER, ("modes", LANES)),
         "u_rate_before": (NUMBER, ("modes", LANES)),
+        "power": (NUMBER, (LANES,)),
         "force": (NUMBER, (LANES,)),
         "force_before": (NUMBER, (LANES,)),
         "force_rate": (NUMBER, (LANES,)),
@@ -92,6 +99,31 @@ def predict(lanes, walk):
         lanes.force[lane] = ahead if lanes.active[lane] else lanes.force[lane]
 
 
+@inlined
+def power(lanes, lane):
+    """What the target does on the finger per unit of its way: the contact force along it."""
+    return lanes.force[lane] * lanes.gap[c.GX, lane] - lanes.rub[lane] * lanes.gap[c.GY, lane]
+
+
+@inner
+def doubt_leaps(lanes, walk):
+    """Take a shape that the target's work on the way does not explain for none: the move was so
+    long that it may have led to another branch of equilibria, or there is none that goes on.
+
+    With friction some of the work is lost, so that only energy from nowhere tells.
+    """
+    before, now, gained = lanes.work[0], lanes.work[1], lanes.work[2]
+    dot(walk.u, walk.u, before)
+    dot(lanes.u, lanes.u, now)
+    for lane in range(LANES):
+        work = 0.5 * (walk.power[lane] + power(lanes, lane)) * (lanes.t[lane] - walk.t[lane])
+        gained[lane] = 0.5 * (now[lane] - before[lane]) - work
+    for lane in range(LANES):
+        leap = gained[lane] if lanes.mu[lane] > 0.0 else abs(gained[lane])
+        least = max(0.5 * _LEAP * max(before[lane], now[lane]), _NOTHING)
+        lanes.good[lane] = lanes.good[lane] and (leap <= least or not lanes.active[lane])
+
+
 @inner
 def remember(lanes, walk):
     """Store the solved positions of the active lanes; a new feature starts the predictor afresh."""
@@ -107,6 +139,7 @@ def remember(lanes, walk):
         else:
             walk.points[lane] = 1
         walk.feature[lane] = feature
+        walk.power[lane] = power(lanes, lane)
         walk.t_before[lane], walk.t[lane] = walk.t[lane], lanes.t[lane]
         walk.force_before[lane], walk.force[lane] = walk.force[lane], lanes.force[lane]
         walk.force_rate_before[lane] = walk.force_rate[lane]
@@ -127,6 +160,6 @@ def forget(walk, lane, t):
     walk.points[lane] = 0
     walk.lost[lane] = False
     walk.feature[lane] = c.VOID
-    walk.force[lane] = 0.0
+    walk.force[lane], walk.power[lane] = 0.0, 0.0
     for k in range(walk.u.shape[0]):
         walk.u[k, lane] = 0.0

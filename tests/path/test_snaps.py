@@ -84,3 +84,36 @@ def energy_drops(events: pd.DataFrame) -> float:
     after = energy[kind == "after_change"].to_numpy()
     assert len(before) == len(after)
     return float((before - after).sum())
+
+
+@pytest.mark.parametrize(
+    ("a_y", "b", "radius", "convex", "circle", "y", "stop"),
+    [
+        (0.020149, (0.077818, 0.003872), 0.018699, False, 0.006076, 0.003572, 0.053150),
+        (0.007956, (0.094423, 0.003728), 0.043402, False, 0.006072, 0.000987, 0.042072),
+        (0.007560, (0.084366, 0.005045), 0.019862, False, 0.007196, 0.001730, 0.061969),
+        (0.019243, (0.086924, 0.004407), 0.022036, True, 0.008540, 0.002837, 0.043312),
+        (0.015519, (0.072551, 0.003316), 0.013231, False, 0.003417, 0.001907, 0.069544),
+    ],
+)
+def test_energy_comes_from_the_target_alone(
+    a_y: float,
+    b: tuple[float, float],
+    radius: float,
+    convex: bool,
+    circle: float,
+    y: float,
+    stop: float,
+) -> None:
+    """Where the branch from first touch ended, rows went on with another one of up to 80 times the
+    energy: what was solved must be what the work of the target explains."""
+    jaw = {"jaw.a": (0.057, a_y), "jaw.b": b, "jaw.radius": radius, "jaw.convex": convex}
+    way = {"path.y": y, "path.stop": stop, "path.steps": 600, "target.radius": circle}
+    snapfit = fastncm.load_scene("snapfit-circle")
+    frame = fastncm.solve(snapfit.replace({"jaw.shape": "arc"} | jaw | way)).frame()
+    force, energy = frame["insertion_force_N"], frame["energy_J"]
+    work = 0.5 * (force + force.shift()) * -frame["position"].diff()
+    solved = (frame["status"] == "converged") & (frame["status"].shift() == "converged")
+    gained = (energy.diff() - work)[solved] / np.maximum(energy, energy.shift())[solved]
+    assert solved.sum() > 30
+    assert gained.iloc[1:].max() < 0.1
