@@ -29,7 +29,7 @@ from support import (
 )
 from support.atlas_runs import extremes
 
-JAW_SCENES = 2_000
+JAW_SCENES = 1_000
 """Scenes of each of the six kinds of jaws; 16,667 are 100,000 in all."""
 SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
@@ -37,9 +37,9 @@ SHOT_SCENES = 500
 """Scenes of each kind of jaws that are compared with shooting."""
 FINER_SCENES = 40
 """Scenes of each kind of direct contact that are compared with finer ones."""
-TRIED = 10
+TRIED = 4
 """Failed rows of each kind, with friction and without, that are tried in other ways; ..."""
-BY_SLSQP = 3
+BY_SLSQP = 2
 """... and of those without friction that are still not solved, those that SLSQP gets."""
 MOST_INTERVALS = 360
 """Of scenes in direct contact that are tried in other ways."""
