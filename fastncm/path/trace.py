@@ -229,9 +229,24 @@ def store(i, lanes, measured, trace):
 
 
 @inner
-def _snap_back(problem, lanes, walk, tolerance):
+def _note_snap(i, lanes, walk, lane, trace):
+    """Say that the finger snaps on the way to position `i`, where, and what that releases."""
+    end = trace.ends[lanes.design[lane]]
+    released = 0.0
+    for k in range(lanes.u.shape[0]):
+        released += 0.5 * (walk.u[k, lane] ** 2 - lanes.u[k, lane] ** 2)
+    if end[END_POSITION] == 0.0 and released > 0.0:
+        end[END_ROW], end[END_POSITION] = i, walk.t[lane]
+        end[END_MU], end[END_ENERGY] = np.nan, released
+
+
+@inner
+def _snap_back(problem, i, lanes, walk, tolerance, trace):
     """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
-    from being free: there the finger has lost its hold and has snapped back behind the target."""
+    from being free: there the finger has lost its hold and has snapped back behind the target.
+
+    Only from where no move gets further, which is the place that ``trace.ends`` tells.
+    """
     any_snaps = False
     for lane in range(LANES):
         walk.busy[lane] = lanes.active[lane]
@@ -239,6 +254,9 @@ def _snap_back(problem, lanes, walk, tolerance):
         if not lanes.active[lane]:
             continue
         d, t = lanes.design[lane], lanes.t[lane]
+        lanes.active[lane] = abs(t - walk.t[lane]) <= SHORTEST_MOVE
+        if not lanes.active[lane]:
+            continue
         gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
         feature = gap[c.FEATURE]
         far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
@@ -256,6 +274,8 @@ def _snap_back(problem, lanes, walk, tolerance):
         for lane in range(LANES):
             if lanes.active[lane] and lanes.rubs[0]:
                 lanes.slipped[lane] = slip(problem, lanes, lane)
+            if lanes.active[lane] and lanes.good[lane]:
+                _note_snap(i, lanes, walk, lane, trace)
     for lane in range(LANES):
         lanes.active[lane] = walk.busy[lane]
 
@@ -293,7 +313,7 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
                 if lanes.rubs[0]:
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
                 doubt_leaps(lanes, walk)
-                _snap_back(problem, lanes, walk, tolerance)
+                _snap_back(problem, i, lanes, walk, tolerance, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)

@@ -117,3 +117,34 @@ def test_energy_comes_from_the_target_alone(
     gained = (energy.diff() - work)[solved] / np.maximum(energy, energy.shift())[solved]
     assert solved.sum() > 30
     assert gained.iloc[1:].max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("a_y", "b", "radius", "circle", "y", "stop"),
+    [
+        (0.020185, (0.071072, -0.004503), 0.039690, 0.005896, 0.010769, 0.0440),
+        (0.020247, (0.065929, 0.002041), 0.053427, 0.006184, 0.004574, 0.0512),
+        (0.018827, (0.069031, -0.004431), 0.061359, 0.005481, 0.008207, 0.0440),
+    ],
+)
+def test_a_finger_that_loses_its_hold_snaps_behind_the_target(
+    a_y: float, b: tuple[float, float], radius: float, circle: float, y: float, stop: float
+) -> None:
+    """The advice has the place, and the energy that the work of the target leaves unexplained."""
+    jaw = {"jaw.shape": "arc", "jaw.convex": False, "jaw.radius": radius, "target.radius": circle}
+    jaw |= {"jaw.a": (0.057, a_y), "jaw.b": b, "path.y": y, "path.stop": stop}
+    finger = fastncm.load_scene("snapfit-circle").replace(jaw)
+    frame = fastncm.solve(finger.replace({"path.steps": 4000})).frame()
+    force, energy = frame["insertion_force_N"], frame["energy_J"]
+    work = 0.5 * (force + force.shift()) * -frame["position"].diff()
+    lost = (work - energy.diff())[frame["status"] == "converged"]
+    at = int(lost.idxmax())
+    before = work[at] - 0.5 * force[at] * -frame["position"].diff()[at]  # up to the snap at most
+    curve = fastncm.solve(finger)
+    place, released = (
+        float(curve.advice.split(word)[1].split()[0]) for word in ("limit point at", "releases")
+    )
+    shortest = 1e-6 * finger.finger.length  # move, to which the place is found
+    assert frame["position"][at] - shortest < place < frame["position"][at - 1] + shortest
+    assert released == pytest.approx(lost[at], abs=2.0 * abs(before) + 1e-3 * lost[at])
+    assert (curve.frame()["status"].isin(["converged", "no_contact"])).all()
