@@ -69,13 +69,15 @@ def headlines(
         ("fingers in direct contact", sides, sides_tried, "with eight times as many intervals"),
     ):
         known = int(table["found"].notna().sum())
-        wrong = len(wrong_in_silence(table)) + len(unanswered(table)) + int(table["overlaps"].sum())
+        wrong, lost = len(wrong_in_silence(table)), len(unanswered(table))
+        overlaps = int(table["overlaps"].sum())
         left = existing(table, tried)
         smooth = left.loc[left["friction"] == "μ = 0", ["rate_ours", "rate_theirs"]].sum().sum()
         rubs = left.loc[left["friction"] == "μ > 0", "rate_ours"].sum()
         said.append(
             f"Of {len(table):,} random {what}, far beyond use, {known:,} were compared {how}: "
-            f"{wrong} are wrong in silence. Of 10,000 about {smooth:.0f} without friction have no "
+            f"{wrong} are wrong in silence, next to {lost} there is no equilibrium. {overlaps:,} of "
+            f"all say that there is no contact where there is. Of 10,000 about {smooth:.0f} without friction have no "
             f"answer though other means find one, and {rubs:.0f} with friction though smaller "
             "steps do (the goal is 1)."
         )
