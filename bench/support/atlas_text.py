@@ -76,10 +76,10 @@ def headlines(
         rubs = left.loc[left["friction"] == "μ > 0", "rate_ours"].sum()
         said.append(
             f"Of {len(table):,} random {what}, far beyond use, {known:,} were compared {how}: "
-            f"{wrong} are wrong in silence, next to {lost} there is no equilibrium. {overlaps:,} of "
-            f"all say that there is no contact where there is. Of 10,000 about {smooth:.0f} without friction have no "
-            f"answer though other means find one, and {rubs:.0f} with friction though smaller "
-            "steps do (the goal is 1)."
+            f"{wrong} are wrong in silence, next to {lost} there is no equilibrium. "
+            f"{overlaps:,} of all say that there is no contact where there is. "
+            f"Of 10,000 about {smooth:.0f} without friction have no answer though other means "
+            f"find one, and {rubs:.0f} with friction though smaller steps do (the goal is 1)."
         )
     return said
 
