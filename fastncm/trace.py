@@ -10,7 +10,7 @@ import numpy as np
 from fastncm.first_use import SQP, announce
 from fastncm.kernels import constants as c
 from fastncm.kernels.basis import grade
-from fastncm.kernels.problem import Problem, mode_count
+from fastncm.kernels.problem import Problem, mode_count, select
 from fastncm.lowering import Lowered
 from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
@@ -64,7 +64,8 @@ def solve_paths(lowered: Lowered) -> Iterator[Solved]:
     """Solve all designs; each comes out once, with the order that its error estimate asks for.
 
     What a design's order is depends on that design alone, so that a table does not depend on how
-    its cases were divided into chunks.
+    its cases were divided into chunks. What comes out may be overwritten when the next is asked
+    for.
     """
     memory = _Memory()
     for chunk in _chunks(lowered):
@@ -173,7 +174,7 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
         designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & can_be_careful(problem))
         if len(designs):
             announce(SQP)
-            again = _select(problem, designs)
+            again = select(problem, designs)
             second = make_trace(*_room(again, constraints))
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
@@ -215,25 +216,12 @@ def _lanes_trace(memory: _Memory, sizes: tuple[int, int, int, int, int]) -> Trac
     )
 
 
-def _select(problem: Problem, designs: Array) -> Problem:
-    """The problem of some of its designs."""
-    return problem._replace(
-        profile_of=problem.profile_of[designs],
-        ratio=problem.ratio[designs],
-        shear_stiffness=problem.shear_stiffness[designs],
-        jaw=problem.jaw[designs],
-        target=problem.target[designs],
-        mu=problem.mu[designs],
-        positions=problem.positions[designs],
-    )
-
-
 def _subset(solved: Solved, chosen: Array) -> Solved:
     trace = solved.trace
     fields = {name: getattr(trace, name)[chosen] for name in trace._fields if name != "solves"}
     return Solved(
         solved.designs[chosen],
         solved.order,
-        _select(solved.problem, np.flatnonzero(chosen)),
+        select(solved.problem, np.flatnonzero(chosen)),
         trace._replace(**fields),
     )

@@ -70,10 +70,16 @@ def cache_directory() -> Path:
     raise OSError(f"no writable folder for compiled code; tried {', '.join(map(str, roots))}")
 
 
+#: What `is_compiled` has found: every solve asks.
+_found: set[str] = set()
+
+
 def is_compiled(entry: str) -> bool:
     """True where machine code of the function `entry` ("module.function", one that Python calls) is
     on disk, or none is wanted."""
-    return JIT_OFF or any(cache_directory().glob(f"{entry}-*.nbi"))
+    if not JIT_OFF and entry not in _found and any(cache_directory().glob(f"{entry}-*.nbi")):
+        _found.add(entry)
+    return JIT_OFF or entry in _found
 
 
 class _KernelLocator(_CacheLocator):

@@ -63,6 +63,12 @@ def no_designs() -> Problem:
     )
 
 
+def select(problem: Problem, designs: np.ndarray) -> Problem:
+    """The problem of some of its designs (indices)."""
+    each = ("profile_of", "ratio", "shear_stiffness", "jaw", "target", "mu", "positions")
+    return problem._replace(**{name: getattr(problem, name)[designs] for name in each})
+
+
 @kernel
 def mode_count(problem):
     """Unknowns of each design: bending modes, and as many shear modes where there is shear."""

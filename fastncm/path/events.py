@@ -15,7 +15,7 @@ from fastncm.path import rows
 from fastncm.path.boundary import boundary
 from fastncm.path.review import BEGINS, CHANGES, ENDS, Review
 from fastncm.path.run import solve_states
-from fastncm.path.states import States, make_states
+from fastncm.path.states import States, make_states, some
 from fastncm.path.touch import locate_touches
 from fastncm.path.trace import END_ENERGY, END_MU, END_POSITION, END_ROW, Trace
 from fastncm.sqp import status
@@ -67,7 +67,7 @@ def _touches(
     beside = np.minimum(trace.rows[design, touching, rows.FEATURE], c.VOID)
     doubtful = np.flatnonzero((beside != states.row[:, rows.FEATURE]) & (beside < c.VOID))
     if len(doubtful):
-        held = _some(states, doubtful)
+        held = some(states, doubtful)
         held.hold[:] = beside[doubtful]
         solve_states(problem, tolerance, held)
         same = np.abs(held.u).max(axis=1) <= _LAST_STEP
@@ -103,10 +103,10 @@ def _changes(
     early = located & ((states.t - near) / (far - near) > 1.0)
     interval = interval.copy()
     if early.any():
-        _mend_early_rows(problem, tolerance, trace, _some(states, early), interval[early] + 1)
+        _mend_early_rows(problem, tolerance, trace, some(states, early), interval[early] + 1)
         interval[early] += 1
-    before = _some(states, located)
-    after = _some(states, located)
+    before = some(states, located)
+    after = some(states, located)
     after.hold[:] = goal[located]
     after.side[:] = side_after[located]
     for side, kind in ((before, rows.BEFORE_CHANGE), (after, rows.AFTER_CHANGE)):
@@ -114,10 +114,10 @@ def _changes(
             solve_states(problem, tolerance, side)
         side.row[:, rows.KIND], side.row[:, rows.INTERVAL] = kind, interval[located]
     snaps, rubs = before.good & ~after.good, problem.mu[before.design] > 0.0
-    _mark_snaps(trace, positions, _some(before, snaps & rubs))
-    behind = _note_snaps(problem, tolerance, trace, _some(before, snaps & ~rubs))
+    _mark_snaps(trace, positions, some(before, snaps & rubs))
+    behind = _note_snaps(problem, tolerance, trace, some(before, snaps & ~rubs))
     both = before.good & after.good
-    return _some(before, both | snaps), _some(after, both), behind
+    return some(before, both | snaps), some(after, both), behind
 
 
 def _note_snaps(problem: Problem, tolerance: float, trace: Trace, states: States) -> States:
@@ -139,7 +139,7 @@ def _note_snaps(problem: Problem, tolerance: float, trace: Trace, states: States
     d = d[first]
     trace.ends[d, END_ROW], trace.ends[d, END_POSITION] = row[first], states.t[first]
     trace.ends[d, END_ENERGY], trace.ends[d, END_MU] = released[first], np.nan
-    return _some(behind, falls)
+    return some(behind, falls)
 
 
 def _mark_snaps(trace: Trace, positions: int, states: States) -> None:
@@ -165,7 +165,7 @@ def _walk_to_change(
     for _ in range(_STEPS):
         if not len(pending):
             break
-        moving = states if len(pending) == len(goal) else _some(states, pending)
+        moving = states if len(pending) == len(goal) else some(states, pending)
         solve_states(problem, tolerance, moving)
         pose = moving.row[:, [rows.TIP_X, rows.TIP_Y, rows.TIP_ANGLE]]
         d = moving.design
@@ -202,11 +202,6 @@ def _mend_early_rows(
     d, i = states.design[states.good], i[states.good]
     trace.rows[d, i] = states.row[states.good]
     trace.shapes[d, i] = states.u[states.good]
-
-
-def _some(states: States, chosen: Array) -> States:
-    """A copy of the chosen states (indices, or a mask)."""
-    return States(*(field[chosen] for field in states))
 
 
 def _append(trace: Trace, positions: int, found: list[States]) -> None:

@@ -10,11 +10,11 @@ frictionless one, at that row, into friction. All failed designs are done at onc
 
 import numpy as np
 
-from fastncm.kernels.problem import Problem, mode_count
+from fastncm.kernels.problem import Problem, mode_count, select
 from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.run import solve_states, trace_lanes
-from fastncm.path.states import States, make_states
+from fastncm.path.states import States, make_states, some
 from fastncm.path.touch import locate_touches
 from fastncm.path.trace import (
     END_ENERGY,
@@ -65,7 +65,7 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     known = trace.ends[d, END_POSITION]
     reached = np.where(known != 0.0, known, reached)
     # the state that the finger snaps to, with the target back at the limit point
-    back = _some(beyond, np.arange(len(d)))
+    back = some(beyond, np.arange(len(d)))
     back.t[:] = reached
     solve_states(problem, tolerance, back)
     released = limit.row[:, rows.ENERGY] - back.row[:, rows.ENERGY]
@@ -106,14 +106,14 @@ def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) 
 def _critical_friction(problem: Problem, options: Options, d: Array, row: Array) -> Array:
     """Friction (S,) up to which the branch from first touch reaches the failed rows (NaN: none)."""
     count = int(row.max()) + 1
-    some = _select(problem, d)
-    some = some._replace(positions=np.ascontiguousarray(some.positions[:, :count]))
+    part = select(problem, d)
+    part = part._replace(positions=np.ascontiguousarray(part.positions[:, :count]))
     low, high = np.zeros(len(d)), problem.mu[d].copy()
     reached = np.zeros(len(d), dtype=bool)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         trace = make_trace(len(d), count, mode_count(problem), 1)
-        trial = some._replace(mu=middle)
+        trial = part._replace(mu=middle)
         trace_lanes(trial, options.tolerance, _TEST_MOVE, trace)
         through = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
         again = np.flatnonzero(~through & can_be_careful(trial))
@@ -126,26 +126,13 @@ def _critical_friction(problem: Problem, options: Options, d: Array, row: Array)
 
 def _get_through_carefully(problem: Problem, options: Options, d: Array, row: Array) -> Array:
     """Whether the branches of the designs `d` (S,) reach the rows `row` by `path.careful`."""
-    some = _select(problem, d)
+    part = select(problem, d)
     trace = make_trace(
-        len(d), problem.positions.shape[1], mode_count(problem), most_constraints(some)
+        len(d), problem.positions.shape[1], mode_count(problem), most_constraints(part)
     )
-    trace_carefully(some, options, trace)
+    trace_carefully(part, options, trace)
     through: Array = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
     return through
-
-
-def _select(problem: Problem, d: Array) -> Problem:
-    """The problem of some of its designs."""
-    return problem._replace(
-        profile_of=problem.profile_of[d],
-        ratio=problem.ratio[d],
-        shear_stiffness=problem.shear_stiffness[d],
-        jaw=problem.jaw[d],
-        target=problem.target[d],
-        mu=problem.mu[d],
-        positions=problem.positions[d],
-    )
 
 
 def _follow_friction(
@@ -191,7 +178,7 @@ def _follow(
     while len(pending):
         way = stop[pending] - parameter[pending]
         move = np.copysign(np.minimum(step[pending], np.abs(way)), way)
-        trial = _some(states, pending)
+        trial = some(states, pending)
         trial[index][:] += move
         solve_states(problem, tolerance, trial)
         good, done = trial.good, np.abs(way) <= step[pending]
@@ -201,8 +188,3 @@ def _follow(
         step[pending] *= np.where(good, _LONGER, _SHORTER)
         pending = pending[np.where(good, ~done, step[pending] > shortest)]
     return parameter.copy()
-
-
-def _some(states: States, chosen: Array) -> States:
-    """A copy of the chosen states."""
-    return States(*(field[chosen] for field in states))

@@ -54,6 +54,11 @@ def make_states(design: np.ndarray, t: np.ndarray, hold: np.ndarray, modes: int)
     )
 
 
+def some(states: States, chosen: np.ndarray) -> States:
+    """A copy of the chosen states (indices, or a mask)."""
+    return States(*(field[chosen] for field in states))
+
+
 @inner
 def _load(problem, states, first, lanes):
     """Put the states from `first` on into the lanes."""

@@ -33,9 +33,9 @@ ADVICE = (
 
 
 def end_of_branch(position: float, mu: float, energy: float) -> str:
-    """Advice for NO_EQUILIBRIUM on a path with friction: the target's position (m) where the branch
-    of equilibria ends, the critical friction (NaN: unknown), and the energy (J) that a snap
-    releases there (NaN: there is no snap)."""
+    """Advice where the branch of equilibria from first touch ends: the target's position (m) there,
+    the critical friction (NaN: unknown), and the energy (J) that a snap releases (NaN: there is no
+    snap)."""
     if energy == energy:
         said = (
             f"The path passes a limit point at {position:.9g} m: the finger snaps from there and "
