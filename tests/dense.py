@@ -115,7 +115,7 @@ class Dense:
             return point, float(g), turned @ [nx, ny]
         point = np.array([x, y]) + turned @ self.problem.points[0, k - n - 2]
         side = 1.0 if self.problem.left else -1.0
-        thick, slope, bend = frozen_side(self.problem, state, j)
+        thick, slope, bend = self.side(u, j)
         a, height = (point - nodes[j]) @ along, side * (point - nodes[j]) @ outward
         steep = slope + bend * a
         scale = 1.0 / np.hypot(1.0, steep)
@@ -128,8 +128,40 @@ class Dense:
             return 0.0
         j = int(self.state.node[k])
         a = (self.contact(u, k)[0] - self.nodes(u)[j]) @ section(self.section_angle(u, j))[0]
-        _, slope, bend = frozen_side(self.problem, self.state, j)
+        _, slope, bend = self.side(u, j)
         return float(slope + bend * a)
+
+    def side(self, u: np.ndarray, j: int) -> tuple[float, float, float]:
+        """Half thickness, slope and bend of the finger's side about section `j`, seen from outside,
+        with the bending of the state."""
+        problem, n = self.problem, self.intervals
+        side = 1.0 if problem.left else -1.0
+        low, high = max(j - 1, 0), min(j + 1, n)
+        span = problem.arc[high] - problem.arc[low]
+        thick = side * problem.offset[0, j]
+        taper = side * (problem.offset[0, high] - problem.offset[0, low]) / span
+        curvature = side * (self.state.psi[high] - self.state.psi[low]) / span
+        gamma = 0.0
+        if self.shears and not problem.printed_section:
+            gamma = 0.5 * (u[n + max(j, 1) - 1] + u[n + high - 1])
+        advance = np.cos(gamma) - curvature * thick  # along the section's normal, a unit of axis
+        return thick, (taper + side * np.sin(gamma)) / advance, curvature / advance
+
+    def gap_slope(self, u: np.ndarray, k: int) -> np.ndarray:
+        """(U,) derivative of the gap at contact `k`; what scales a height over the side to a gap is
+        held fixed."""
+        row = self.direction(u, k, 0.0)
+        if k <= self.intervals + 1 or not self.shears:
+            return row
+        scale, n = np.hypot(1.0, self.steepness(u, k)), self.intervals
+        for i in range(n, 2 * n):
+            change = STEP * np.eye(2 * n)[i]
+            ends = [
+                self.contact(v, k)[1] * np.hypot(1.0, self.steepness(v, k))
+                for v in (u + change, u - change)
+            ]
+            row[i] = (ends[0] - ends[1]) / (2.0 * STEP * scale)
+        return row
 
     def direction(self, u: np.ndarray, k: int, ratio: float) -> np.ndarray:
         """(U,) virtual work of a unit normal force with its friction at contact `k`."""
@@ -160,19 +192,6 @@ class Dense:
 def section(psi: float) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors along the axis and to its left."""
     return np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)])
-
-
-def frozen_side(problem: NodalProblem, state: Nodal, j: int) -> tuple[float, float, float]:
-    """Half thickness, slope and bend of the finger's side about section `j`, seen from outside."""
-    n, side = len(problem.step), 1.0 if problem.left else -1.0
-    low, high = max(j - 1, 0), min(j + 1, n)
-    span = problem.arc[high] - problem.arc[low]
-    thick = side * problem.offset[0, j]
-    taper = side * (problem.offset[0, high] - problem.offset[0, low]) / span
-    curvature = side * (state.psi[high] - state.psi[low]) / span
-    gamma = 0.5 * (state.gamma[max(j, 1)] + state.gamma[high]) * (1 - problem.printed_section)
-    advance = np.cos(gamma) - curvature * thick  # along the section's normal, per unit of the axis
-    return thick, (taper + side * np.sin(gamma)) / advance, curvature / advance
 
 
 def differences(function, u: np.ndarray) -> np.ndarray:

@@ -92,9 +92,10 @@ class Nodal(NamedTuple):
     multiplier lambda; along: sense of sliding, +1 where friction acts along ``t = (-ny, nx)``, 0
     without; stuck: bool, held along t, too, by the force shear; anchor_x, anchor_y: at this seen_x,
     seen_y; slide: how far it has moved from there along t; bend: a target's point turns its normal
-    by this per unit along the finger's side. pace: slip per length of the target's move, where it
-    slides; doubt: how far the place to which it sticks may be off, or how far a sliding one may
-    have come back.
+    by this per unit along the finger's side; deepens, tilts: derivatives of its gap and of its
+    normal's angle by the mean shear angle around its node. pace: slip per length of the target's
+    move, where it slides; doubt: how far the place to which it sticks may be off, or how far a
+    sliding one may have come back.
     """
 
     psi: np.ndarray
@@ -129,6 +130,8 @@ class Nodal(NamedTuple):
     anchor_y: np.ndarray
     slide: np.ndarray
     bend: np.ndarray
+    deepens: np.ndarray
+    tilts: np.ndarray
     pace: np.ndarray
     doubt: np.ndarray
 
@@ -145,6 +148,7 @@ def make_nodal(problem):
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
         np.zeros(k), np.full(k, -np.inf), np.zeros(k), np.zeros(k), np.zeros(k, np.bool_),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
+        np.zeros(k), np.zeros(k),
     )  # fmt: skip
 
 
@@ -327,8 +331,8 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
 
     About the nearest section, in the frame of its normal e and its outward direction o, the side
     has the height ``rho + slope a + bend a^2 / 2`` at the distance a along e: the slope is the
-    taper's and the shear's, the bend that of the finger. They are held fixed in derivatives: then
-    the force acts on that section. The points of an ellipse's sharp ends stand for the arcs around
+    taper's and the shear's, the bend that of the finger. The force acts on that section, as if they
+    were fixed. The points of an ellipse's sharp ends stand for the arcs around
     them, and the one of the side's direction touches.
     """
     tip = problem.step.shape[0]
@@ -346,8 +350,8 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     turn = side * (state.psi[high] - state.psi[low]) / length
     # per unit of the axis the side advances by cos gamma - turn thick along the section's normal
     gamma = 0.5 * (state.gamma[max(j, 1)] + state.gamma[high])
-    sheared, advance = sincos(0.0 if problem.printed_section else gamma)
-    advance -= turn * thick
+    sheared, cosine = sincos(0.0 if problem.printed_section else gamma)
+    advance = cosine - turn * thick
     bend = turn / advance
     slope = (taper + side * sheared) / advance
     ex, ey = state.section_cos[j], state.section_sin[j]
@@ -376,6 +380,10 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
         scale = 0.0
     state.nx[k], state.ny[k] = (steep * ex - ox) * scale, (steep * ey - oy) * scale
     state.bend[k] = side * bend * scale * scale
+    if not problem.printed_section:  # slope and bend depend on gamma
+        slope_by, bend_by = (side * cosine + slope * sheared) / advance, bend * sheared / advance
+        state.deepens[k] = -scale * along * (slope_by + 0.5 * along * bend_by)
+        state.tilts[k] = side * scale * scale * (slope_by + along * bend_by)
     state.seen_x[k] = problem.arc[j] + along
     if state.stuck[k]:
         across = ey * state.nx[k] - ex * state.ny[k]

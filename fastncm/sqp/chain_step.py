@@ -1,8 +1,8 @@
 """The Newton step of a finger in direct contact with its working set held."""
 
 from fastncm.kernels.cache import inner
-from fastncm.sqp.flexibility import carry_back, carry_flexibility
-from fastncm.sqp.printed_section import solve_printed_chain
+from fastncm.sqp.flexibility import carry_back, carry_flexibility, is_wide
+from fastncm.sqp.wide_chain import solve_wide_chain
 
 
 @inner
@@ -12,8 +12,8 @@ def solve_chain(problem, d, state, chain, size, own):
 
     Returns the excess of negative pivots.
     """
-    if problem.printed_section:
-        return solve_printed_chain(problem, d, state, chain, size, own)
+    if is_wide(chain):
+        return solve_wide_chain(problem, d, state, chain, size, own)
     excess = carry_flexibility(problem, d, state, chain, size, own)
     carry_back(problem, d, state, chain, size, own)
     return excess

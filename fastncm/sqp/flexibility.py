@@ -31,7 +31,7 @@ _HELD = 1e-14
 
 
 class Wide(NamedTuple):
-    """Workspace of `sqp.printed_section`; no terms elsewhere.
+    """Workspace of `sqp.wide_chain`; no terms elsewhere.
 
     node: (4, 4), node_step, node_force: (4,) flexibility, step and force of a node; flexibility:
     (6, 6), step, force: (6,) of an interval's variables; left, right, column: (6,). turn: (N + 1,
@@ -102,6 +102,8 @@ def make_chain(problem):
     """A workspace for the fingers of `problem`."""
     n = problem.step.shape[0] + 1
     k = n + 1 + problem.points.shape[1]
+    on_side = problem.points.shape[1] > 0 and problem.shear_flexibility.max() > 0.0
+    wide = problem.printed_section or on_side
     return Chain(
         np.zeros((n, 5)),
         np.zeros((k, 4, 5)),
@@ -120,8 +122,14 @@ def make_chain(problem):
         np.zeros(k),
         np.zeros((2, 2)),
         np.zeros(k, np.int64),
-        _make_wide(n, k) if problem.printed_section else _make_wide(0, 0),
+        _make_wide(n, k) if wide else _make_wide(0, 0),
     )
+
+
+@inlined
+def is_wide(chain):
+    """Whether steps are those of `sqp.wide_chain`."""
+    return chain.wide.turn.shape[0] > 0
 
 
 @inlined
@@ -366,18 +374,20 @@ def moved_gaps(problem, state, chain, size):
         chain.dpsi[i] += chain.dpsi[i - 1]
         chain.dx[i] = chain.dx[i - 1] - h * state.sin[i] * turn
         chain.dy[i] = chain.dy[i - 1] + h * state.cos[i] * turn
-        section = chain.dpsi[i]
-        if problem.printed_section:
+        section, sheared = chain.dpsi[i], 0.0
+        if is_wide(chain):
             beyond = 0.0
             if i < size:
                 beyond = chain.dgamma[i + 1]
             elif size == problem.step.shape[0]:
                 beyond = chain.dgamma[i]
-            section += 0.5 * (chain.dgamma[i] + beyond)
+            sheared = 0.5 * (chain.dgamma[i] + beyond)
+            section += sheared if problem.printed_section else 0.0
         p = next_contact(state, -1, i)
         while p >= 0:
             arm_x, arm_y = state.px[p] - state.x[i], state.py[p] - state.y[i]
             moved_x = chain.dx[i] - arm_y * section
             moved_y = chain.dy[i] + arm_x * section
             chain.gap[p] = state.gap[p] + state.nx[p] * moved_x + state.ny[p] * moved_y
+            chain.gap[p] += state.deepens[p] * sheared
             p = next_contact(state, p, i)

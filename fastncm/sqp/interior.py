@@ -11,6 +11,8 @@ from fastncm.sqp.chain_step import solve_chain
 
 #: Newton steps at most; how clearly force and gap of each point must differ, relative to theirs.
 _STEPS, _CLEAR = 50, 1e-6
+#: Slack (finger lengths) to begin with where nothing lies in the target.
+_SHALLOW = 1e-6
 #: Part of the way to the boundary; the smallest factor by which ``s lambda`` falls, and the length
 #: of a step after which it does.
 _INSIDE, _FASTEST, _LONG = 0.99, 0.02, 0.9
@@ -23,7 +25,8 @@ def _takes_part(state, k, size):
 
 @inner
 def _start(problem, d, state, chain, size):
-    """Slacks and forces to begin with, from the deepest point held alone.
+    """Slacks and forces to begin with, from the deepest point held alone; where one point cannot
+    hold the finger against the stiffness of the forces that there are, from these.
 
     Returns ``(passes, depth, force)``: how deep that is without forces, 0 where no point
     penetrates, and then nothing is held; and what holds it.
@@ -44,11 +47,19 @@ def _start(problem, d, state, chain, size):
         return 1, 0.0, 0.0
     chain.touching[deepest] = True
     solve_chain(problem, d, state, chain, size, 1.0)
-    force = chain.force[deepest]
+    force, held = chain.force[deepest], 0.0
+    if not force > 0.0:
+        depth = _SHALLOW
+        for k in range(1, points):
+            held += state.force[k]
+            chain.slack[k] = state.gap[k]
+            if _takes_part(state, k, size):
+                depth = max(depth, -state.gap[k])
+        force = held
     for k in range(1, points):
         chain.touching[k] = _takes_part(state, k, size)
         chain.slack[k] = max(chain.slack[k], 0.0) + depth
-        chain.push[k] = force / count
+        chain.push[k] = max(force / count, state.force[k] if held > 0.0 else 0.0)
     return 2, depth, force
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.nodal import carry_forces
 from fastncm.sqp import status
+from fastncm.sqp.flexibility import is_wide
 from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
 from fastncm.sqp.surface_state import (
     NEAR,
@@ -33,14 +34,14 @@ _SHORTEST = 1e-4
 
 
 @inlined
-def _last_node(problem, state, size):
+def _last_node(problem, state, chain, size):
     """The last node that takes part in the next subproblem: no less than `size`; beyond it the
     finger is straight."""
     last = 1
     for k in range(1, state.gap.shape[0]):
         if state.gap[k] <= NEAR or state.force[k] != 0.0:
             last = max(last, state.node[k])
-    if problem.printed_section:  # the shear beyond the last contact matters, too
+    if is_wide(chain):  # the shear beyond the last contact matters, too
         last = min(last + 1, problem.step.shape[0])
     last = max(last, size)
     for i in range(size + 1, last + 1):
@@ -182,7 +183,7 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
             return status.CONVERGED, iteration, residual
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
-        work.size[0] = _last_node(problem, state, work.size[0])
+        work.size[0] = _last_node(problem, state, work.chain, work.size[0])
         fallen = _improve(problem, d, x, y, angle, work, residual)
         if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual

@@ -110,6 +110,9 @@ def test_gradient_of_the_gaps(changes: dict) -> None:
         arm = point - [state.x[j], state.y[j]]
         lever = arm[0] * normal[1] - arm[1] * normal[0]
         ours = normal @ dense.move(u, j) + lever * dense.turn(j)
+        if dense.shears:  # the side's slope beside a target's point
+            ours[N + j - 1] += 0.5 * state.deepens[k]
+            ours[N + min(j, N - 1)] += 0.5 * state.deepens[k]
         np.testing.assert_allclose(ours, expected / steep, atol=1e-9)
 
 

@@ -37,6 +37,8 @@ FINGERS = {
     "as printed": {"model.section": "psi+gamma"},
     "as printed, left": {"model.section": "psi+gamma", "finger.side": "left"},
     "points of the target": POINTS,
+    "points, left": POINTS | {"finger.side": "left"},
+    "points, as printed": POINTS | {"model.section": "psi+gamma"},
     "points, left, no shear": POINTS | {"finger.side": "left", "model.shear": False},
     "polygon's corners": {"target.shape": "polygon", "target.vertices": SQUARE},
 }
@@ -109,7 +111,7 @@ class Step:
         dense, state = self.dense, self.state
         u = dense.unknowns()
         held = [k for k in self.touching if state.stuck[k]]
-        rows = [dense.direction(u, k, 0.0) for k in self.touching]
+        rows = [dense.gap_slope(u, k) for k in self.touching]
         rows += [dense.tangent(u, k) for k in held]
         columns = [
             dense.direction(u, k, 0.0 if state.stuck[k] else self.ratios[k]) for k in self.touching
@@ -190,7 +192,7 @@ def test_gaps_after_the_step(changes: dict) -> None:
     u = step.dense.unknowns()
     du = np.concatenate([step.chain.dpsi[1:], step.chain.dgamma[1:]])
     for k in range(1, len(step.state.gap)):
-        expected = step.state.gap[k] + step.dense.direction(u, k, 0.0) @ du
+        expected = step.state.gap[k] + step.dense.gap_slope(u, k) @ du
         assert step.chain.gap[k] == pytest.approx(expected, abs=1e-12)
     np.testing.assert_allclose(step.chain.gap[[3, 6]], 0.0, atol=1e-14)
 

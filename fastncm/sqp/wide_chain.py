@@ -1,9 +1,13 @@
-"""The Newton step of `sqp.flexibility` where the section turns by ``psi + gamma``, as printed.
+"""The Newton step of `sqp.flexibility` where contacts depend on the shear on both sides of a node.
 
-For comparison only (Lan & Lee 2008, (6)): the side then depends on the shear on both sides of a
-node, so that gamma is carried along as a fourth state, and the contacts of a node are held in the
-interval after it. The variables of interval i are ``(x, y, psi, gamma)`` of node i - 1, and the
-bending and the shear angle of the interval.
+So it is where the section turns by ``psi + gamma``, as printed (Lan & Lee 2008, (6)), and where a
+point of the target touches the finger's side: the force that it gives changes the shear at its
+node, and with it the side's slope, hence its own direction. Left out of the derivatives, that makes
+the steps of Newton's method many, the more so the shorter the intervals are.
+
+The shear is carried along as a fourth state, and the contacts of a node are held in the interval
+after it. The variables of interval i are ``(x, y, psi, gamma)`` of node i - 1, and the bending and
+the shear angle of the interval.
 """
 
 from fastncm.kernels.cache import inlined, inner
@@ -12,11 +16,15 @@ from fastncm.sqp.flexibility import (
     _ARM,
     _CONTACT,
     _GRIP,
+    _HELD,
     _NORMAL,
     contact_terms,
     list_contacts,
     moved_gaps,
 )
+
+#: Variables of a node, and of an interval.
+_NODE, _ALL = 4, 6
 
 
 @inlined
@@ -27,25 +35,29 @@ def _bend(wide, out, a, b, k, constant, hold):
     Returns the excess of negative pivots.
     """
     flexibility, step, column = wide.flexibility, wide.step, wide.column
-    shift, pivot = constant, 0.0
-    for i in range(6):
+    shift, pivot, spread = constant, 0.0, 0.0
+    for i in range(_ALL):
         column[i] = 0.0
         row = 0.0
-        for j in range(6):
+        for j in range(_ALL):
             column[i] += flexibility[i, j] * a[j]
             row += b[j] * flexibility[j, i]
         out[1 + i] = row
         shift += b[i] * step[i]
-    for i in range(6):
+    for i in range(_ALL):
         pivot += b[i] * column[i]
-    inverse = 1.0 / (pivot + k) if hold else 1.0 / (1.0 + k * pivot)
+        spread += abs(b[i] * column[i])
+    if hold:
+        inverse = 1.0 / (pivot + k) if abs(pivot + k) > _HELD * spread else 0.0
+    else:
+        inverse = 1.0 / (1.0 + k * pivot)
     weight = inverse if hold else k * inverse
-    for i in range(6):
+    for i in range(_ALL):
         step[i] -= weight * column[i] * shift
-        for j in range(6):
+        for j in range(_ALL):
             flexibility[i, j] -= weight * column[i] * out[1 + j]
-    out[0], out[7] = shift, inverse
-    if inverse > 0.0:
+    out[0], out[1 + _ALL] = shift, inverse
+    if inverse >= 0.0:
         return 0
     return 1 if k < 0.0 and not hold else -1
 
@@ -53,22 +65,33 @@ def _bend(wide, out, a, b, k, constant, hold):
 @inlined
 def _answer(kept, f):
     total = kept[0]
-    for i in range(6):
+    for i in range(_ALL):
         total += kept[1 + i] * f[i]
-    return total * kept[7]
+    return total * kept[1 + _ALL]
 
 
 @inlined
-def _spread(v, own, along_x, along_y, out):
-    """A vector over a node's (x, y, section) as one over the interval's variables; own: of the node
-    before the interval, else of the one after it, the last."""
+def _spread(problem, v, before, along_x, along_y, out):
+    """A vector over a node's (x, y, section) as one over the interval's variables; before: of the
+    node before the interval, else of the one after it, the last."""
     out[0], out[1], out[2] = v[0], v[1], v[2]
-    if own:
-        out[3], out[4], out[5] = 0.5 * v[2], 0.0, 0.5 * v[2]
+    half = 0.5 * v[2] if problem.printed_section else 0.0
+    if before:
+        out[3], out[4], out[5] = half, 0.0, half
     else:
         turn = along_x * v[0] + along_y * v[1]
         out[2] += turn
-        out[3], out[4], out[5] = 0.0, 0.5 * turn + v[2], turn + v[2]
+        out[3], out[4], out[5] = 0.0, 0.5 * turn + v[2], turn + 2.0 * half
+
+
+@inlined
+def _add_shear(share, before, out):
+    """Add `share` times the mean shear angle around the node."""
+    if before:
+        out[3] += 0.5 * share
+        out[5] += 0.5 * share
+    else:
+        out[5] += share
 
 
 @inner
@@ -83,23 +106,26 @@ def _hold_node(problem, d, state, chain, j, interval, own):
         force = state.force[p]
         if force != 0.0 or chain.touching[p]:
             c, b, a, e, v, w = contact_terms(state, p, j, mu)
+            deepens, tilts = state.deepens[p], state.tilts[p]
             if force != 0.0:
-                _spread(e, before, along_x, along_y, wide.left)
-                _spread(v, before, along_x, along_y, wide.right)
+                _spread(problem, e, before, along_x, along_y, wide.left)
+                _spread(problem, v, before, along_x, along_y, wide.right)
+                _add_shear(-tilts, before, wide.right)
                 out = wide.terms[p, _NORMAL]
                 excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
-                _spread((0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
-                _spread(w, before, along_x, along_y, wide.right)
+                _spread(problem, (0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
+                _spread(problem, w, before, along_x, along_y, wide.right)
                 out = wide.terms[p, _ARM]
                 excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
             if chain.touching[p]:
-                _spread(a, before, along_x, along_y, wide.left)
-                _spread(c, before, along_x, along_y, wide.right)
+                _spread(problem, a, before, along_x, along_y, wide.left)
+                _spread(problem, c, before, along_x, along_y, wide.right)
+                _add_shear(deepens, before, wide.right)
                 gap = state.gap[p] + chain.shift[p] if own == 1.0 else -1.0
                 out = wide.terms[p, _CONTACT]
                 excess += _bend(wide, out, wide.left, wide.right, chain.soft[p], gap, True)
                 if state.stuck[p]:
-                    _spread(b, before, along_x, along_y, wide.left)
+                    _spread(problem, b, before, along_x, along_y, wide.left)
                     slide = state.slide[p] if own == 1.0 else 0.0
                     out = wide.terms[p, _GRIP]
                     excess += _bend(wide, out, wide.left, wide.left, 0.0, slide, True)
@@ -126,21 +152,21 @@ def _release_node(problem, d, state, chain, j, interval):
         if chain.touching[p]:
             if state.stuck[p]:
                 chain.shear[p] = -_answer(wide.terms[p, _GRIP], f)
-                _spread(b, before, along_x, along_y, wide.left)
+                _spread(problem, b, before, along_x, along_y, wide.left)
                 _push(f, wide.left, chain.shear[p])
             chain.force[p] = -_answer(wide.terms[p, _CONTACT], f)
-            _spread(a, before, along_x, along_y, wide.left)
+            _spread(problem, a, before, along_x, along_y, wide.left)
             _push(f, wide.left, chain.force[p])
         if force != 0.0:
-            _spread((0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
+            _spread(problem, (0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
             _push(f, wide.left, -force * _answer(wide.terms[p, _ARM], f))
-            _spread(e, before, along_x, along_y, wide.left)
+            _spread(problem, e, before, along_x, along_y, wide.left)
             _push(f, wide.left, -force * _answer(wide.terms[p, _NORMAL], f))
 
 
 @inlined
 def _push(f, along, by):
-    for i in range(6):
+    for i in range(_ALL):
         f[i] += by * along[i]
 
 
@@ -150,24 +176,24 @@ def _turn_of_interval(out):
 
 
 @inner
-def solve_printed_chain(problem, d, state, chain, size, own):
-    """`sqp.chain_step.solve_chain` for the printed section; the last node's contacts need the
-    interval after it, if there is one."""
+def solve_wide_chain(problem, d, state, chain, size, own):
+    """`sqp.chain_step.solve_chain` with these variables; the last node's contacts need the interval
+    after it, if there is one."""
     wide, f = chain.wide, chain.wide.force
     intervals = problem.step.shape[0]
     node, m = wide.node, wide.node_step
     excess = 0
-    for i in range(4):
+    for i in range(_NODE):
         m[i] = 0.0
-        for j in range(4):
+        for j in range(_NODE):
             node[i, j] = 0.0
     for i in range(1, size + 1):
         h = problem.step[i - 1]
         along_x, along_y = -h * state.sin[i], h * state.cos[i]
-        for r in range(6):
-            for c in range(6):
-                wide.flexibility[r, c] = node[r, c] if r < 4 and c < 4 else 0.0
-            wide.step[r] = m[r] if r < 4 else 0.0
+        for r in range(_ALL):
+            for c in range(_ALL):
+                wide.flexibility[r, c] = node[r, c] if r < _NODE and c < _NODE else 0.0
+            wide.step[r] = m[r] if r < _NODE else 0.0
         wide.flexibility[4, 4] = problem.flexibility[d, i - 1]
         wide.flexibility[5, 5] = problem.shear_flexibility[d, i - 1]
         wide.step[4] = own * (state.psi[i - 1] - state.psi[i])
@@ -180,7 +206,7 @@ def solve_printed_chain(problem, d, state, chain, size, own):
         if i == intervals:
             excess += _hold_node(problem, d, state, chain, i, i, own)
         _to_next_node(wide, along_x, along_y)
-    for i in range(4):
+    for i in range(_NODE):
         wide.node_force[i] = 0.0
     for i in range(size, 0, -1):
         h = problem.step[i - 1]
@@ -199,7 +225,7 @@ def solve_printed_chain(problem, d, state, chain, size, own):
         chain.dpsi[i] = own * (state.psi[i - 1] - state.psi[i])
         chain.dpsi[i] += problem.flexibility[d, i - 1] * f[4]
         chain.dgamma[i] = problem.shear_flexibility[d, i - 1] * f[5] - own * state.gamma[i]
-        for j in range(4):
+        for j in range(_NODE):
             wide.node_force[j] = f[j]
     moved_gaps(problem, state, chain, size)
     return excess
@@ -209,8 +235,8 @@ def solve_printed_chain(problem, d, state, chain, size, own):
 def _to_next_node(wide, along_x, along_y):
     """Flexibility and step of the node after the interval from those of its variables."""
     # x += along_x (psi + u / 2 + v), y likewise, psi += u, gamma = v: first the columns, then rows
-    big, step = wide.flexibility, wide.step
-    for r in range(6):
+    big, step, node = wide.flexibility, wide.step, wide.node
+    for r in range(_ALL):
         turn = big[r, 2] + 0.5 * big[r, 4] + big[r, 5]
         big[r, 0] += along_x * turn
         big[r, 1] += along_y * turn
@@ -221,10 +247,10 @@ def _to_next_node(wide, along_x, along_y):
     step[1] += along_y * turn
     step[2] += step[4]
     step[3] = step[5]
-    for c in range(4):
+    for c in range(_NODE):
         turn = big[2, c] + 0.5 * big[4, c] + big[5, c]
-        wide.node[0, c] = big[0, c] + along_x * turn
-        wide.node[1, c] = big[1, c] + along_y * turn
-        wide.node[2, c] = big[2, c] + big[4, c]
-        wide.node[3, c] = big[5, c]
+        node[0, c] = big[0, c] + along_x * turn
+        node[1, c] = big[1, c] + along_y * turn
+        node[2, c] = big[2, c] + big[4, c]
+        node[3, c] = big[5, c]
         wide.node_step[c] = step[c]
