@@ -132,16 +132,16 @@ class Dense:
         return float(slope + bend * a)
 
     def side(self, u: np.ndarray, j: int) -> tuple[float, float, float]:
-        """Half thickness, slope and bend of the finger's side about section `j`, seen from outside,
-        with the bending of the state."""
+        """Half thickness, slope and bend of the finger's side about section `j`, seen from outside;
+        without shear with the bending of the state."""
         problem, n = self.problem, self.intervals
         side = 1.0 if problem.left else -1.0
         low, high = max(j - 1, 0), min(j + 1, n)
         span = problem.arc[high] - problem.arc[low]
         thick = side * problem.offset[0, j]
         taper = side * (problem.offset[0, high] - problem.offset[0, low]) / span
-        curvature = side * (self.state.psi[high] - self.state.psi[low]) / span
-        gamma = 0.0
+        psi, gamma = self.angles(u)[0] if self.shears else self.state.psi, 0.0
+        curvature = side * (psi[high] - psi[low]) / span
         if self.shears and not problem.printed_section:
             gamma = 0.5 * (u[n + max(j, 1) - 1] + u[n + high - 1])
         advance = np.cos(gamma) - curvature * thick  # along the section's normal, a unit of axis
@@ -150,18 +150,14 @@ class Dense:
     def gap_slope(self, u: np.ndarray, k: int) -> np.ndarray:
         """(U,) derivative of the gap at contact `k`; what scales a height over the side to a gap is
         held fixed."""
-        row = self.direction(u, k, 0.0)
         if k <= self.intervals + 1 or not self.shears:
-            return row
-        scale, n = np.hypot(1.0, self.steepness(u, k)), self.intervals
-        for i in range(n, 2 * n):
-            change = STEP * np.eye(2 * n)[i]
-            ends = [
-                self.contact(v, k)[1] * np.hypot(1.0, self.steepness(v, k))
-                for v in (u + change, u - change)
-            ]
-            row[i] = (ends[0] - ends[1]) / (2.0 * STEP * scale)
-        return row
+            return self.direction(u, k, 0.0)
+
+        def height(v: np.ndarray) -> np.ndarray:
+            return np.array(self.contact(v, k)[1] * np.hypot(1.0, self.steepness(v, k)))
+
+        slope: np.ndarray = differences(height, u) / np.hypot(1.0, self.steepness(u, k))
+        return slope
 
     def direction(self, u: np.ndarray, k: int, ratio: float) -> np.ndarray:
         """(U,) virtual work of a unit normal force with its friction at contact `k`."""

@@ -92,10 +92,10 @@ class Nodal(NamedTuple):
     multiplier lambda; along: sense of sliding, +1 where friction acts along ``t = (-ny, nx)``, 0
     without; stuck: bool, held along t, too, by the force shear; anchor_x, anchor_y: at this seen_x,
     seen_y; slide: how far it has moved from there along t; bend: a target's point turns its normal
-    by this per unit along the finger's side; deepens, tilts: derivatives of its gap and of its
-    normal's angle by the mean shear angle around its node. pace: slip per length of the target's
-    move, where it slides; doubt: how far the place to which it sticks may be off, or how far a
-    sliding one may have come back.
+    by this per unit along the finger's side; deepens, tilts: (K, 2) derivatives of its gap and
+    of its normal's angle by the mean shear angle around its node, and by the bending there, that of
+    both intervals. pace: slip per length of the target's move, where it slides; doubt: how far the
+    place to which it sticks may be off, or how far a sliding one may have come back.
     """
 
     psi: np.ndarray
@@ -147,8 +147,8 @@ def make_nodal(problem):
         np.full(n, -1),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
         np.zeros(k), np.full(k, -np.inf), np.zeros(k), np.zeros(k), np.zeros(k, np.bool_),
-        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
-        np.zeros(k), np.zeros(k),
+        np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros((k, 2)),
+        np.zeros((k, 2)), np.zeros(k), np.zeros(k),
     )  # fmt: skip
 
 
@@ -380,10 +380,15 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
         scale = 0.0
     state.nx[k], state.ny[k] = (steep * ex - ox) * scale, (steep * ey - oy) * scale
     state.bend[k] = side * bend * scale * scale
+    fall, tilt = -scale * along, side * scale * scale
     if not problem.printed_section:  # slope and bend depend on gamma
         slope_by, bend_by = (side * cosine + slope * sheared) / advance, bend * sheared / advance
-        state.deepens[k] = -scale * along * (slope_by + 0.5 * along * bend_by)
-        state.tilts[k] = side * scale * scale * (slope_by + along * bend_by)
+        state.deepens[k, 0] = fall * (slope_by + 0.5 * along * bend_by)
+        state.tilts[k, 0] = tilt * (slope_by + along * bend_by)
+    share = side / (length * advance)
+    slope_by, bend_by = share * slope * thick, share * (1.0 + bend * thick)
+    state.deepens[k, 1] = fall * (slope_by + 0.5 * along * bend_by)
+    state.tilts[k, 1] = tilt * (slope_by + along * bend_by)
     state.seen_x[k] = problem.arc[j] + along
     if state.stuck[k]:
         across = ey * state.nx[k] - ex * state.ny[k]

@@ -33,9 +33,9 @@ _HELD = 1e-14
 class Wide(NamedTuple):
     """Workspace of `sqp.wide_chain`; no terms elsewhere.
 
-    node: (4, 4), node_step, node_force: (4,) flexibility, step and force of a node; flexibility:
-    (6, 6), step, force: (6,) of an interval's variables; left, right, column: (6,). turn: (N + 1,
-    8), terms: (K, 4, 8): as in `Chain`, with rows of 6.
+    node: (5, 5), node_step, node_force: (5,) flexibility, step and force of a node; flexibility:
+    (7, 7), step, force: (7,) of an interval's variables; left, right, column: (7,). turn: (N + 1,
+    9), terms: (K, 4, 9): as in `Chain`, with rows of 7.
     """
 
     node: np.ndarray
@@ -84,17 +84,17 @@ class Chain(NamedTuple):
 
 def _make_wide(nodes, points):
     return Wide(
-        np.zeros((4, 4)),
-        np.zeros(4),
-        np.zeros(4),
-        np.zeros((6, 6)),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros((nodes, 8)),
-        np.zeros((points, 4, 8)),
+        np.zeros((5, 5)),
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros((7, 7)),
+        np.zeros(7),
+        np.zeros(7),
+        np.zeros(7),
+        np.zeros(7),
+        np.zeros(7),
+        np.zeros((nodes, 9)),
+        np.zeros((points, 4, 9)),
     )
 
 
@@ -370,7 +370,8 @@ def moved_gaps(problem, state, chain, size):
         chain.gap[p] = state.gap[p]
     for i in range(1, size + 1):
         h = problem.step[i - 1]
-        turn = chain.dpsi[i - 1] + 0.5 * chain.dpsi[i] + chain.dgamma[i]
+        bent = chain.dpsi[i]
+        turn = chain.dpsi[i - 1] + 0.5 * bent + chain.dgamma[i]
         chain.dpsi[i] += chain.dpsi[i - 1]
         chain.dx[i] = chain.dx[i - 1] - h * state.sin[i] * turn
         chain.dy[i] = chain.dy[i - 1] + h * state.cos[i] * turn
@@ -379,6 +380,7 @@ def moved_gaps(problem, state, chain, size):
             beyond = 0.0
             if i < size:
                 beyond = chain.dgamma[i + 1]
+                bent += chain.dpsi[i + 1]
             elif size == problem.step.shape[0]:
                 beyond = chain.dgamma[i]
             sheared = 0.5 * (chain.dgamma[i] + beyond)
@@ -389,5 +391,6 @@ def moved_gaps(problem, state, chain, size):
             moved_x = chain.dx[i] - arm_y * section
             moved_y = chain.dy[i] + arm_x * section
             chain.gap[p] = state.gap[p] + state.nx[p] * moved_x + state.ny[p] * moved_y
-            chain.gap[p] += state.deepens[p] * sheared
+            if is_wide(chain):
+                chain.gap[p] += state.deepens[p, 0] * sheared + state.deepens[p, 1] * bent
             p = next_contact(state, p, i)

@@ -5,9 +5,9 @@ point of the target touches the finger's side: the force that it gives changes t
 node, and with it the side's slope, hence its own direction. Left out of the derivatives, that makes
 the steps of Newton's method many, the more so the shorter the intervals are.
 
-The shear is carried along as a fourth state, and the contacts of a node are held in the interval
-after it. The variables of interval i are ``(x, y, psi, gamma)`` of node i - 1, and the bending and
-the shear angle of the interval.
+The bending u and the shear angle v of the interval before a node are carried along, and the
+contacts of a node are held in the interval after it. The variables of interval i are ``(x, y, psi,
+u, v)`` of node i - 1, and u and v of the interval.
 """
 
 from fastncm.kernels.cache import inlined, inner
@@ -24,7 +24,7 @@ from fastncm.sqp.flexibility import (
 )
 
 #: Variables of a node, and of an interval.
-_NODE, _ALL = 4, 6
+_NODE, _ALL = 5, 7
 
 
 @inlined
@@ -74,24 +74,29 @@ def _answer(kept, f):
 def _spread(problem, v, before, along_x, along_y, out):
     """A vector over a node's (x, y, section) as one over the interval's variables; before: of the
     node before the interval, else of the one after it, the last."""
-    out[0], out[1], out[2] = v[0], v[1], v[2]
+    out[0], out[1], out[2], out[3] = v[0], v[1], v[2], 0.0
     half = 0.5 * v[2] if problem.printed_section else 0.0
     if before:
-        out[3], out[4], out[5] = half, 0.0, half
+        out[4], out[5], out[6] = half, 0.0, half
     else:
         turn = along_x * v[0] + along_y * v[1]
         out[2] += turn
-        out[3], out[4], out[5] = 0.0, 0.5 * turn + v[2], turn + 2.0 * half
+        out[4], out[5], out[6] = 0.0, 0.5 * turn + v[2], turn + 2.0 * half
 
 
 @inlined
-def _add_shear(share, before, out):
-    """Add `share` times the mean shear angle around the node."""
+def _add_side(by, sense, before, out):
+    """Add what the side's shape around the node does: `by` (2,) of its mean shear angle and of its
+    bending."""
+    bent, sheared = sense * by[1], sense * by[0]
     if before:
-        out[3] += 0.5 * share
-        out[5] += 0.5 * share
+        out[3] += bent
+        out[4] += 0.5 * sheared
+        out[5] += bent
+        out[6] += 0.5 * sheared
     else:
-        out[5] += share
+        out[5] += bent
+        out[6] += sheared
 
 
 @inner
@@ -106,11 +111,10 @@ def _hold_node(problem, d, state, chain, j, interval, own):
         force = state.force[p]
         if force != 0.0 or chain.touching[p]:
             c, b, a, e, v, w = contact_terms(state, p, j, mu)
-            deepens, tilts = state.deepens[p], state.tilts[p]
             if force != 0.0:
                 _spread(problem, e, before, along_x, along_y, wide.left)
                 _spread(problem, v, before, along_x, along_y, wide.right)
-                _add_shear(-tilts, before, wide.right)
+                _add_side(state.tilts[p], -1.0, before, wide.right)
                 out = wide.terms[p, _NORMAL]
                 excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
                 _spread(problem, (0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
@@ -120,7 +124,7 @@ def _hold_node(problem, d, state, chain, j, interval, own):
             if chain.touching[p]:
                 _spread(problem, a, before, along_x, along_y, wide.left)
                 _spread(problem, c, before, along_x, along_y, wide.right)
-                _add_shear(deepens, before, wide.right)
+                _add_side(state.deepens[p], 1.0, before, wide.right)
                 gap = state.gap[p] + chain.shift[p] if own == 1.0 else -1.0
                 out = wide.terms[p, _CONTACT]
                 excess += _bend(wide, out, wide.left, wide.right, chain.soft[p], gap, True)
@@ -172,7 +176,7 @@ def _push(f, along, by):
 
 @inlined
 def _turn_of_interval(out):
-    out[0], out[1], out[2], out[3], out[4], out[5] = 0.0, 0.0, 1.0, 0.0, 0.5, 1.0
+    out[0], out[1], out[2], out[3], out[4], out[5], out[6] = 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 1.0
 
 
 @inner
@@ -194,10 +198,10 @@ def solve_wide_chain(problem, d, state, chain, size, own):
             for c in range(_ALL):
                 wide.flexibility[r, c] = node[r, c] if r < _NODE and c < _NODE else 0.0
             wide.step[r] = m[r] if r < _NODE else 0.0
-        wide.flexibility[4, 4] = problem.flexibility[d, i - 1]
-        wide.flexibility[5, 5] = problem.shear_flexibility[d, i - 1]
-        wide.step[4] = own * (state.psi[i - 1] - state.psi[i])
-        wide.step[5] = -own * state.gamma[i]
+        wide.flexibility[5, 5] = problem.flexibility[d, i - 1]
+        wide.flexibility[6, 6] = problem.shear_flexibility[d, i - 1]
+        wide.step[5] = own * (state.psi[i - 1] - state.psi[i])
+        wide.step[6] = -own * state.gamma[i]
         _turn_of_interval(wide.left)
         k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
         excess += _bend(wide, wide.turn[i], wide.left, wide.left, k, 0.0, False)
@@ -213,8 +217,8 @@ def solve_wide_chain(problem, d, state, chain, size, own):
         along_x, along_y = -h * state.sin[i], h * state.cos[i]
         q = wide.node_force
         couple = along_x * q[0] + along_y * q[1]
-        f[0], f[1], f[2], f[3] = q[0], q[1], q[2] + couple, 0.0
-        f[4], f[5] = 0.5 * couple + q[2], couple + q[3]
+        f[0], f[1], f[2], f[3], f[4] = q[0], q[1], q[2] + couple, 0.0, 0.0
+        f[5], f[6] = 0.5 * couple + q[2] + q[3], couple + q[4]
         if i == intervals:
             _release_node(problem, d, state, chain, i, i)
         if i > 1:
@@ -223,8 +227,8 @@ def solve_wide_chain(problem, d, state, chain, size, own):
         k = h * (state.fx[i] * state.cos[i] + state.fy[i] * state.sin[i])
         _push(f, wide.left, -k * _answer(wide.turn[i], f))
         chain.dpsi[i] = own * (state.psi[i - 1] - state.psi[i])
-        chain.dpsi[i] += problem.flexibility[d, i - 1] * f[4]
-        chain.dgamma[i] = problem.shear_flexibility[d, i - 1] * f[5] - own * state.gamma[i]
+        chain.dpsi[i] += problem.flexibility[d, i - 1] * f[5]
+        chain.dgamma[i] = problem.shear_flexibility[d, i - 1] * f[6] - own * state.gamma[i]
         for j in range(_NODE):
             wide.node_force[j] = f[j]
     moved_gaps(problem, state, chain, size)
@@ -234,23 +238,23 @@ def solve_wide_chain(problem, d, state, chain, size, own):
 @inlined
 def _to_next_node(wide, along_x, along_y):
     """Flexibility and step of the node after the interval from those of its variables."""
-    # x += along_x (psi + u / 2 + v), y likewise, psi += u, gamma = v: first the columns, then rows
+    # x += along_x (psi + u / 2 + v), y likewise, psi += u: first the columns, then the rows
     big, step, node = wide.flexibility, wide.step, wide.node
     for r in range(_ALL):
-        turn = big[r, 2] + 0.5 * big[r, 4] + big[r, 5]
+        turn = big[r, 2] + 0.5 * big[r, 5] + big[r, 6]
         big[r, 0] += along_x * turn
         big[r, 1] += along_y * turn
-        big[r, 2] += big[r, 4]
-        big[r, 3] = big[r, 5]
-    turn = step[2] + 0.5 * step[4] + step[5]
+        big[r, 2] += big[r, 5]
+        big[r, 3], big[r, 4] = big[r, 5], big[r, 6]
+    turn = step[2] + 0.5 * step[5] + step[6]
     step[0] += along_x * turn
     step[1] += along_y * turn
-    step[2] += step[4]
-    step[3] = step[5]
+    step[2] += step[5]
+    step[3], step[4] = step[5], step[6]
     for c in range(_NODE):
-        turn = big[2, c] + 0.5 * big[4, c] + big[5, c]
+        turn = big[2, c] + 0.5 * big[5, c] + big[6, c]
         node[0, c] = big[0, c] + along_x * turn
         node[1, c] = big[1, c] + along_y * turn
-        node[2, c] = big[2, c] + big[4, c]
-        node[3, c] = big[5, c]
+        node[2, c] = big[2, c] + big[5, c]
+        node[3, c], node[4, c] = big[5, c], big[6, c]
         wide.node_step[c] = step[c]

@@ -110,9 +110,13 @@ def test_gradient_of_the_gaps(changes: dict) -> None:
         arm = point - [state.x[j], state.y[j]]
         lever = arm[0] * normal[1] - arm[1] * normal[0]
         ours = normal @ dense.move(u, j) + lever * dense.turn(j)
-        if dense.shears:  # the side's slope beside a target's point
-            ours[N + j - 1] += 0.5 * state.deepens[k]
-            ours[N + min(j, N - 1)] += 0.5 * state.deepens[k]
+        # of a target's point also by the side's slope and bend beside it
+        around = [j - 1, j] if j < N else [j - 1]
+        for i in around if dense.shears else []:
+            ours[i] += state.deepens[k, 1]  # by psi_j - psi_{j-1}
+            if i > 0:
+                ours[i - 1] -= state.deepens[k, 1]
+            ours[N + i] += state.deepens[k, 0] / len(around)
         np.testing.assert_allclose(ours, expected / steep, atol=1e-9)
 
 
