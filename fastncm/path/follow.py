@@ -14,7 +14,6 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
-from fastncm.kernels.constants import LANES
 from fastncm.path import several
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
@@ -45,8 +44,8 @@ _STIFF = 1e4
 
 
 class Spare(NamedTuple):
-    """One design's tables in lane 0, slope (m, Q, LANES) and end (m, LANES), and its shapes (m,):
-    the last one, one half-way from there, and the one in work."""
+    """One design's tables, slope (Q, m) and end (m,), and its shapes (m,): the one in work, one
+    half-way there, and the last one."""
 
     slope: np.ndarray
     end: np.ndarray
@@ -58,8 +57,8 @@ class Spare(NamedTuple):
 def make_spare(modes: int, points: int) -> Spare:
     """Room for one design."""
     return Spare(
-        np.zeros((modes, points, LANES)),
-        np.zeros((modes, LANES)),
+        np.zeros((points, modes)),
+        np.zeros(modes),
         np.zeros(modes),
         np.zeros(modes),
         np.zeros(modes),
