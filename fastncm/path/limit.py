@@ -34,11 +34,10 @@ Array = np.ndarray
 #: First step and shortest step, in mu and (in finger lengths) in the target's position.
 _FIRST_MU, _SHORTEST_MU = 0.05, 1e-9
 _FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
-#: To what share of mu the critical friction is found; where in a bracket it is looked for, side by
-#: side in the lanes; and the longest move on a path that tests it.
+#: To what share of mu the critical friction is found, and where in a bracket it is looked for, side
+#: by side in the lanes.
 _CLOSE = 1e-7
 _SECTIONS = np.arange(1, 8) / 8.0
-_TEST_MOVE = 5e-3
 #: A step that failed is repeated with this share; one that did not is followed by a longer one.
 _SHORTER, _LONGER = 0.25, 1.5
 #: Beyond any path: from there a target is free.
@@ -164,7 +163,7 @@ def _get_through(problem: Problem, options: Options, d: Array, row: Array, mu: A
     each = mu.shape[1]
     part = _with_friction(problem, np.repeat(d, each), int(row.max()), mu.ravel())
     trace = make_trace(mu.size, part.positions.shape[1], mode_count(problem), 1)
-    trace_lanes(part, options.tolerance, _TEST_MOVE, trace)
+    trace_lanes(part, options.tolerance, LONGEST_MOVE, trace)
     state = trace.rows[np.arange(mu.size), np.repeat(row, each), rows.STATUS]
     return (state == status.CONVERGED).reshape(mu.shape)
 
@@ -191,18 +190,21 @@ def _follow_friction(
 ) -> tuple[States, Array]:
     """The states at the failed rows with as much friction, at most mu, as the branch from the
     frictionless shape bears; and how much that is (NaN: there is no frictionless shape)."""
-    smooth = problem._replace(mu=np.zeros_like(problem.mu))
-    positions, modes = problem.positions.shape[1], mode_count(problem)
-    trace = make_trace(len(problem.mu), positions, modes, 1)
+    smooth, modes = (
+        _with_friction(problem, d, int(row.max()), np.zeros(len(d))),
+        mode_count(problem),
+    )
+    trace = make_trace(len(d), smooth.positions.shape[1], modes, 1)
     trace_lanes(smooth, tolerance, LONGEST_MOVE, trace)
     states = make_states(d, problem.positions[d, row], np.full(len(d), -1), modes)
-    states.u[:] = trace.shapes[d, row]
-    states.force[:] = trace.rows[d, row, rows.FORCE]
-    states.row[:] = trace.rows[d, row]
+    own = np.arange(len(d))
+    states.u[:] = trace.shapes[own, row]
+    states.force[:] = trace.rows[own, row, rows.FORCE]
+    states.row[:] = trace.rows[own, row]
     mu = problem.mu[d]
     # the friction drags the finger along with the target
     signed = np.where(-states.row[:, rows.NORMAL_Y] * sense >= 0.0, mu, -mu)
-    solved = trace.rows[d, row, rows.STATUS] == status.CONVERGED
+    solved = trace.rows[own, row, rows.STATUS] == status.CONVERGED
     reached = _follow(
         problem, tolerance, states, states.side, 0.0 * mu, signed, _FIRST_MU, _SHORTEST_MU
     )
