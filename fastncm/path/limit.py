@@ -165,7 +165,8 @@ def _get_through(problem: Problem, options: Options, d: Array, row: Array, mu: A
     trace = make_trace(mu.size, part.positions.shape[1], mode_count(problem), 1)
     trace_lanes(part, options.tolerance, LONGEST_MOVE, trace)
     state = trace.rows[np.arange(mu.size), np.repeat(row, each), rows.STATUS]
-    return (state == status.CONVERGED).reshape(mu.shape)
+    through: Array = (state == status.CONVERGED).reshape(mu.shape)
+    return through
 
 
 def _get_through_carefully(
