@@ -138,10 +138,15 @@ def advice(
     design: (C,) each one's in `ends`.
     """
     said = number.copy()
-    told = (number == status.NO_EQUILIBRIUM) | (number == status.CONVERGED)
+    told = (number != status.NO_CONTACT) & (number <= status.NO_EQUILIBRIUM)
     for i in np.flatnonzero(told & (ends[design, END_POSITION] != 0.0)):
         length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
         _, position, mu, energy = ends[design[i]].tolist()
         said[i] = len(sentences)
-        sentences.append(status.end_of_branch(position * length, mu, energy * force * length))
+        rubs = bool(lowered.mu[chosen[i]] > 0.0)
+        sentences.append(
+            status.end_of_branch(
+                int(number[i]), rubs, position * length, mu, energy * force * length
+            )
+        )
     return said

@@ -96,9 +96,9 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
     d, mu = lanes.design[lane], lanes.mu[lane]
     for k in range(spare.u.shape[0]):
         spare.u_start[k] = walk.u[k, lane]
-        spare.end[k, 0] = lanes.end[k, lane]
-        for q in range(spare.slope.shape[1]):
-            spare.slope[k, q, 0] = lanes.slope[k, q, lane]
+        spare.end[k] = lanes.end[k, lane]
+        for q in range(spare.slope.shape[0]):
+            spare.slope[q, k] = lanes.slope[k, q, lane]
     design = Design(
         spare.slope,
         spare.end,

@@ -14,7 +14,6 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
-from fastncm.kernels.constants import LANES
 from fastncm.path import several
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
@@ -29,6 +28,8 @@ _MOST_MOVES = 400
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
+#: From where: the last shape (True), or evenly bent fingers, by the turn of their tip (rad).
+_STARTS = ((True, 0.0), (False, 0.0), (False, -1.0), (False, 1.0), (False, -3.0), (False, 3.0))
 #: How much more energy (of its share by the way there) a snap releases than a smooth way does.
 _FALL = 4.0
 #: Force over the size of the shape, which is one over how far the contact gives way to a unit force
@@ -45,8 +46,8 @@ _STIFF = 1e4
 
 
 class Spare(NamedTuple):
-    """One design's tables in lane 0, slope (m, Q, LANES) and end (m, LANES), and its shapes (m,):
-    the last one, one half-way from there, and the one in work."""
+    """One design's tables, slope (Q, m) and end (m,), and its shapes (m,): the one in work, one
+    half-way there, and the last one."""
 
     slope: np.ndarray
     end: np.ndarray
@@ -58,8 +59,8 @@ class Spare(NamedTuple):
 def make_spare(modes: int, points: int) -> Spare:
     """Room for one design."""
     return Spare(
-        np.zeros((modes, points, LANES)),
-        np.zeros((modes, LANES)),
+        np.zeros((points, modes)),
+        np.zeros(modes),
         np.zeros(modes),
         np.zeros(modes),
         np.zeros(modes),
@@ -153,15 +154,17 @@ def _energy(u):
 @inner
 def _snap(design, start, stop, shortest, spare, work, options):
     """The stable state to which the finger snaps from ``spare.u_start`` just beyond `start`, left
-    in ``spare.u``; looked for from there, then from the straight finger. Returns ``(where, energy
+    in ``spare.u``; looked for from there, then from others (`_STARTS`). Returns ``(where, energy
     released, iterations)``, 0 released where none is found."""
     total = 0
-    for share in (1.0, 0.0):
+    for last, turn in _STARTS:
         for reach in _BEYOND:
             way = min(reach * shortest, abs(stop - start))
             goal = stop if way == abs(stop - start) else start + np.copysign(way, stop - start)
             for k in range(spare.u.shape[0]):
-                spare.u[k] = share * spare.u_start[k]
+                spare.u[k] = spare.u_start[k] if last else 0.0
+            if not last:
+                spare.u[0] = turn / spare.end[0]
             work.multipliers[:] = 0.0
             result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
             total += iterations

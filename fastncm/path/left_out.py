@@ -33,7 +33,7 @@ def left_out(design, own, mu, t, u, work, rubbing):
         fx, fy = _change_of_force(mu, u, work, rubbing)
         total_x, total_y = total_x + fx, total_y + fy
         size += np.sqrt(fx * fx + fy * fy)
-    force = np.sqrt(work.at.force[0, 0] ** 2 + work.at.force[1, 0] ** 2)
+    force = np.sqrt(work.at.force[0] ** 2 + work.at.force[1] ** 2)
     return np.sqrt(total_x**2 + total_y**2) / force, size / force
 
 

@@ -3,9 +3,10 @@
 Two things end it. Friction locks: the finger does not slide from first touch on. Or the path passes
 a limit point: the branch turns back, and the finger snaps to another equilibrium. Both are told by
 the determinant (`path.tip`), which is positive on the branch from first touch. The end is found by
-following the branch in ever smaller moves of the target; the critical friction, up to which the
-first failed row is reached, by bisection; and the equilibrium behind a snap by following the
-frictionless one, at that row, into friction. All failed designs are done at once.
+following the branch in ever smaller moves of the target; and the equilibrium behind a snap by
+following the frictionless one, at the first failed row, into friction. The friction that this one
+bears is often the critical one, up to which the path reaches that row; it is found by dividing its
+bracket. All failed designs are done at once.
 """
 
 import numpy as np
@@ -31,12 +32,12 @@ from fastncm.sqp.solve import Options
 Array = np.ndarray
 
 #: First step and shortest step, in mu and (in finger lengths) in the target's position.
-_FIRST_MU, _SHORTEST_MU = 0.05, 1e-4
+_FIRST_MU, _SHORTEST_MU = 0.05, 1e-9
 _FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
-#: Bisections of the critical friction (to 1e-7 of it), and the longest move on a path that tests
-#: it.
-_HALVINGS = 24
-_TEST_MOVE = 5e-3
+#: To what share of mu the critical friction is found, and where in a bracket it is looked for, side
+#: by side in the lanes.
+_CLOSE = 1e-7
+_SECTIONS = np.arange(1, 8) / 8.0
 #: A step that failed is repeated with this share; one that did not is followed by a longer one.
 _SHORTER, _LONGER = 0.25, 1.5
 #: Beyond any path: from there a target is free.
@@ -74,7 +75,8 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     trace.ends[d, END_POSITION] = reached
     slides = trace.ends[d, END_MU] == 0.0  # otherwise it locks from the start, and that is known
     if slides.any():
-        critical = _critical_friction(problem, options, d[slides], row[slides])
+        likely = np.minimum(friction, mu)[slides]
+        critical = _critical_friction(problem, options, d[slides], row[slides], likely)
         trace.ends[d[slides], END_MU] = critical
     trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
@@ -103,36 +105,85 @@ def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) 
     return states
 
 
-def _critical_friction(problem: Problem, options: Options, d: Array, row: Array) -> Array:
-    """Friction (S,) up to which the branch from first touch reaches the failed rows (NaN: none)."""
-    count = int(row.max()) + 1
-    part = select(problem, d)
-    part = part._replace(positions=np.ascontiguousarray(part.positions[:, :count]))
+def _critical_friction(
+    problem: Problem, options: Options, d: Array, row: Array, likely: Array
+) -> Array:
+    """Friction (S,) up to which the branch from first touch reaches the failed rows (NaN: none).
+
+    likely: (S,) where to look first (NaN: nowhere).
+    """
     low, high = np.zeros(len(d)), problem.mu[d].copy()
-    reached = np.zeros(len(d), dtype=bool)
-    for _ in range(_HALVINGS):
+    close = _CLOSE * high
+    first = np.column_stack([close, likely - 0.4 * close, likely + 0.4 * close])
+    inside = (low[:, None] < first) & (first < high[:, None])  # False for NaN
+    first = np.where(inside, first, 0.5 * high[:, None])
+    pending = np.arange(len(d))
+    while len(pending):
+        bottom, top = low[pending, None], high[pending, None]
+        trial = bottom + (top - bottom) * _SECTIONS
+        if first.size:
+            trial, first = np.sort(np.column_stack([trial, first]), axis=1), first[:0]
+        through = _get_through(problem, options, d[pending], row[pending], trial)
+        ladder = np.column_stack([bottom, trial, top])
+        reached = np.cumprod(through, axis=1).sum(axis=1)
+        place = np.arange(len(pending))
+        low[pending], high[pending] = ladder[place, reached], ladder[place, reached + 1]
+        pending = pending[(high - low > close)[pending]]
+    for i in np.flatnonzero(can_be_careful(problem)[d] & (high < problem.mu[d])):
+        low[i] = _raise(problem, options, d[i : i + 1], int(row[i]), low[i], high[i], likely[i])
+    return np.where(low > 0.0, low, np.nan)
+
+
+def _raise(
+    problem: Problem,
+    options: Options,
+    d: Array,
+    row: int,
+    low: float,
+    beyond: float,
+    likely: float,
+) -> float:
+    """Critical friction of one design ``d = [d]`` by `path.careful`, where the lanes get through
+    with `low` and not with `beyond`."""
+    high, close = float(problem.mu[d[0]]), _CLOSE * float(problem.mu[d[0]])
+    for guess in (beyond, likely - 0.4 * close, likely + 0.4 * close):
+        if low < guess < high:
+            through = _get_through_carefully(problem, options, d, row, guess)
+            low, high = (guess, high) if through else (low, guess)
+    while high - low > close:
         middle = 0.5 * (low + high)
-        trace = make_trace(len(d), count, mode_count(problem), 1)
-        trial = part._replace(mu=middle)
-        trace_lanes(trial, options.tolerance, _TEST_MOVE, trace)
-        through = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
-        again = np.flatnonzero(~through & can_be_careful(trial))
-        if len(again):
-            through[again] = _get_through_carefully(trial, options, again, row[again])
-        low, high = np.where(through, middle, low), np.where(through, high, middle)
-        reached |= through
-    return np.where(reached, low, np.nan)
+        through = _get_through_carefully(problem, options, d, row, middle)
+        low, high = (middle, high) if through else (low, middle)
+    return low
 
 
-def _get_through_carefully(problem: Problem, options: Options, d: Array, row: Array) -> Array:
-    """Whether the branches of the designs `d` (S,) reach the rows `row` by `path.careful`."""
-    part = select(problem, d)
-    trace = make_trace(
-        len(d), problem.positions.shape[1], mode_count(problem), most_constraints(part)
-    )
-    trace_carefully(part, options, trace)
-    through: Array = trace.rows[np.arange(len(d)), row, rows.STATUS] == status.CONVERGED
+def _get_through(problem: Problem, options: Options, d: Array, row: Array, mu: Array) -> Array:
+    """Whether (S, n) the branches of the designs `d` (S,) reach the rows `row` (S,) with the
+    friction `mu` (S, n), by the lanes."""
+    each = mu.shape[1]
+    part = _with_friction(problem, np.repeat(d, each), int(row.max()), mu.ravel())
+    trace = make_trace(mu.size, part.positions.shape[1], mode_count(problem), 1)
+    trace_lanes(part, options.tolerance, LONGEST_MOVE, trace)
+    state = trace.rows[np.arange(mu.size), np.repeat(row, each), rows.STATUS]
+    through: Array = (state == status.CONVERGED).reshape(mu.shape)
     return through
+
+
+def _get_through_carefully(
+    problem: Problem, options: Options, d: Array, row: int, mu: float
+) -> bool:
+    """The same of one design by `path.careful`."""
+    part = _with_friction(problem, d, row, np.array([mu]))
+    trace = make_trace(1, row + 1, mode_count(problem), most_constraints(part))
+    trace_carefully(part, options, trace)
+    return bool(trace.rows[0, row, rows.STATUS] == status.CONVERGED)
+
+
+def _with_friction(problem: Problem, d: Array, last: int, mu: Array) -> Problem:
+    """The designs `d` (S,) with the friction `mu` (S,) on their ways to the row `last`."""
+    part = select(problem, d)
+    positions = np.ascontiguousarray(part.positions[:, : last + 1])
+    return part._replace(positions=positions, mu=mu)
 
 
 def _follow_friction(
@@ -140,18 +191,21 @@ def _follow_friction(
 ) -> tuple[States, Array]:
     """The states at the failed rows with as much friction, at most mu, as the branch from the
     frictionless shape bears; and how much that is (NaN: there is no frictionless shape)."""
-    smooth = problem._replace(mu=np.zeros_like(problem.mu))
-    positions, modes = problem.positions.shape[1], mode_count(problem)
-    trace = make_trace(len(problem.mu), positions, modes, 1)
+    smooth, modes = (
+        _with_friction(problem, d, int(row.max()), np.zeros(len(d))),
+        mode_count(problem),
+    )
+    trace = make_trace(len(d), smooth.positions.shape[1], modes, 1)
     trace_lanes(smooth, tolerance, LONGEST_MOVE, trace)
     states = make_states(d, problem.positions[d, row], np.full(len(d), -1), modes)
-    states.u[:] = trace.shapes[d, row]
-    states.force[:] = trace.rows[d, row, rows.FORCE]
-    states.row[:] = trace.rows[d, row]
+    own = np.arange(len(d))
+    states.u[:] = trace.shapes[own, row]
+    states.force[:] = trace.rows[own, row, rows.FORCE]
+    states.row[:] = trace.rows[own, row]
     mu = problem.mu[d]
     # the friction drags the finger along with the target
     signed = np.where(-states.row[:, rows.NORMAL_Y] * sense >= 0.0, mu, -mu)
-    solved = trace.rows[d, row, rows.STATUS] == status.CONVERGED
+    solved = trace.rows[own, row, rows.STATUS] == status.CONVERGED
     reached = _follow(
         problem, tolerance, states, states.side, 0.0 * mu, signed, _FIRST_MU, _SHORTEST_MU
     )

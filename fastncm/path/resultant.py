@@ -8,7 +8,6 @@ import numpy as np
 
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
-from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.path import rows, several
 from fastncm.path.left_out import left_out
@@ -21,8 +20,8 @@ _POINTS = 3.0
 
 
 class Wide(NamedTuple):
-    """Room for one design with the modes that are left out behind its own: slope (m, Q, LANES), end
-    (m, LANES), u (m,) and the workspaces for all of them."""
+    """Room for one design with the modes that are left out behind its own: slope (Q, m), end (m,),
+    u (m,) and the workspaces for all of them."""
 
     slope: np.ndarray
     end: np.ndarray
@@ -34,8 +33,8 @@ class Wide(NamedTuple):
 def make_wide(modes: int, points: int, pairs: int) -> Wide:
     """Room for `modes` in all."""
     return Wide(
-        np.zeros((modes, points, LANES)),
-        np.zeros((modes, LANES)),
+        np.zeros((points, modes)),
+        np.zeros(modes),
         np.zeros(modes),
         make_work(modes, points, pairs),
         several.make_rubbing(modes, pairs),
@@ -71,7 +70,7 @@ def resultant(work, rubbing, gap):
         gap[column] /= total
     force, friction = fx * nx + fy * ny, fy * nx - fx * ny
     # what friction at the mean place does not turn
-    arm_x, arm_y = gap[c.PX] - work.at.pose[0, 0], gap[c.PY] - work.at.pose[1, 0]
+    arm_x, arm_y = gap[c.PX] - work.at.pose[0], gap[c.PY] - work.at.pose[1]
     gap[c.GP] = (turn - friction * (arm_x * nx + arm_y * ny)) / force
     return force, friction
 
@@ -106,10 +105,10 @@ def truncation(problem, lanes, lane, spare, work, rubbing, wide):
     for k in range(wide.u.shape[0]):
         inside = k < own
         wide.u[k] = spare.u[k] if inside else 0.0
-        wide.end[k, 0] = spare.end[k, 0] if inside else lanes.beyond_end[k - own, lane]
-        for q in range(wide.slope.shape[1]):
+        wide.end[k] = spare.end[k] if inside else lanes.beyond_end[k - own, lane]
+        for q in range(wide.slope.shape[0]):
             beyond = lanes.beyond[max(k - own, 0), q, lane]
-            wide.slope[k, q, 0] = spare.slope[k, q, 0] if inside else beyond
+            wide.slope[q, k] = spare.slope[q, k] if inside else beyond
     for k in range(rubbing.kept.shape[0]):
         wide.work.multipliers[k] = work.multipliers[k]
         wide.rubbing.rub[k] = rubbing.rub[k]

@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels import constants as c
-from fastncm.kernels import rod
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.elimination import eliminate
@@ -120,7 +119,7 @@ def solve(design, mu, before, t, u, work, rubbing, options):
             return status.NO_EQUILIBRIUM, iteration + 1, last
         turn = 0.0
         for i in range(u.shape[0]):
-            turn += design.end[i, 0] * rubbing.right[i]
+            turn += design.end[i] * rubbing.right[i]
         share = min(1.0, _LONGEST_TURN / abs(turn)) if turn != 0.0 else 1.0
         for i in range(u.shape[0]):
             u[i] += share * rubbing.right[i]
@@ -188,7 +187,7 @@ def evaluate(design, mu, t, u, at, rubbing):
     model.evaluate(design, t, u, at)
     if mu == 0.0:
         return
-    x, y, psi = at.pose[0, 0], at.pose[1, 0], at.pose[2, 0]
+    x, y, psi = at.pose[0], at.pose[1], at.pose[2]
     for k in range(at.gaps.shape[1]):
         gap = at.gaps[:, k]
         tangent = rubbing.tangent[k]
@@ -198,9 +197,9 @@ def evaluate(design, mu, t, u, at, rubbing):
             tangent[2] += gap[c.GAP]
         for i in range(u.shape[0]):
             rubbing.drag[k, i] = (
-                tangent[0] * at.gradient[0, i, 0]
-                + tangent[1] * at.gradient[1, i, 0]
-                + tangent[2] * design.end[i, 0]
+                tangent[0] * at.gradient[0, i]
+                + tangent[1] * at.gradient[1, i]
+                + tangent[2] * design.end[i]
             )
         rubbing.slipped[k] = contact_slip(
             design.jaw, design.target, design.which, gap, t, x, y, psi
@@ -213,14 +212,14 @@ def add_up_stiffness(design, work, rubbing):
     at, base = work.at, rubbing.base
     modes = base.shape[0]
     rubbing.change[:, :] = 0.0
-    at.force[:, 0] = 0.0
+    at.force[:] = 0.0
     for k in range(rubbing.state.shape[0]):
         force, rub, gap = work.multipliers[k], rubbing.rub[k], at.gaps[:, k]
         if force == 0.0:
             continue
-        at.force[0, 0] += force * gap[c.GX] - rub * gap[c.GY]
-        at.force[1, 0] += force * gap[c.GY] + rub * gap[c.GX]
-        arm_x, arm_y = gap[c.PX] - at.pose[0, 0], gap[c.PY] - at.pose[1, 0]
+        at.force[0] += force * gap[c.GX] - rub * gap[c.GY]
+        at.force[1] += force * gap[c.GY] + rub * gap[c.GX]
+        arm_x, arm_y = gap[c.PX] - at.pose[0], gap[c.PY] - at.pose[1]
         for j in range(3):  # as in `path.tip`
             hx = gap[c.HXP] if j == 2 else gap[c.HXX + j]
             hy = gap[c.HYP] if j == 2 else gap[c.HXY + j]
@@ -229,21 +228,22 @@ def add_up_stiffness(design, work, rubbing):
             rubbing.change[0, j] += force * hx - rub * hy
             rubbing.change[1, j] += force * hy + rub * hx
             rubbing.change[2, j] += force * hp + rub * turned
-    at.block[:, :, 0] = 0.0
-    rod.add_position_hessian(
-        design.slope, design.weights, at.sin, at.cos, at.force[0], at.force[1], at.work, at.block
-    )
     for j in range(modes):
-        x, y, end = at.gradient[0, j, 0], at.gradient[1, j, 0], design.end[j, 0]
+        x, y, end = at.gradient[0, j], at.gradient[1, j], design.end[j]
         for i in range(3):
             row = rubbing.change[i]
             rubbing.carried[i, j] = row[0] * x + row[1] * y + row[2] * end
+    base[:, :] = 0.0
+    model.add_position_hessian(design, at, base)
     for i in range(modes):
-        x, y, end = at.gradient[0, i, 0], at.gradient[1, i, 0], design.end[i, 0]
+        base[i, i] += 1.0
+        for j in range(i):
+            base[j, i] = base[i, j]
+    for i in range(modes):
+        x, y, end = at.gradient[0, i], at.gradient[1, i], design.end[i]
         for j in range(modes):
-            stiff = at.block[max(i, j), min(i, j), 0] + (1.0 if i == j else 0.0)
             moved = x * rubbing.carried[0, j] + y * rubbing.carried[1, j]
-            base[i, j] = stiff - moved - end * rubbing.carried[2, j]
+            base[i, j] -= moved + end * rubbing.carried[2, j]
 
 
 @inner

@@ -38,7 +38,7 @@ def begin_contact(problem, lanes, walk, lane):
     )
     walk.side[lane] = lanes.mu[lane] if lanes.gap[c.GY, lane] <= 0.0 else -lanes.mu[lane]
     walk.sticks[lane] = False
-    walk.sense[lane] = 0.0
+    walk.rub[lane], walk.sense[lane] = 0.0, 0.0
 
 
 @inner

@@ -107,21 +107,24 @@ def power(lanes, lane):
 
 @inner
 def doubt_leaps(lanes, walk):
-    """Take a shape that the target's work on the way does not explain for none: the move was so
-    long that it may have led to another branch of equilibria, or there is none that goes on.
-
-    With friction some of the work is lost, so that only energy from nowhere tells.
-    """
+    """Take a shape that the target's work on the way does not explain, less what friction takes of
+    it, for none: the move was so long that it may have led to another branch of equilibria, or
+    there is none that goes on."""
     before, now, gained = lanes.work[0], lanes.work[1], lanes.work[2]
     dot(walk.u, walk.u, before)
     dot(lanes.u, lanes.u, now)
     for lane in range(LANES):
         work = 0.5 * (walk.power[lane] + power(lanes, lane)) * (lanes.t[lane] - walk.t[lane])
         gained[lane] = 0.5 * (now[lane] - before[lane]) - work
+    if lanes.rubs[0]:
+        for lane in range(LANES):
+            slid = 0.0 if lanes.sticks[lane] else abs(lanes.slipped[lane] - lanes.anchor[lane])
+            rubbed = 0.5 * (abs(walk.rub[lane]) + abs(lanes.rub[lane])) * slid
+            gained[lane] += rubbed if lanes.mu[lane] > 0.0 else 0.0
     for lane in range(LANES):
-        leap = gained[lane] if lanes.mu[lane] > 0.0 else abs(gained[lane])
         least = max(0.5 * _LEAP * max(before[lane], now[lane]), _NOTHING)
-        lanes.good[lane] = lanes.good[lane] and (leap <= least or not lanes.active[lane])
+        explained = abs(gained[lane]) <= least or not lanes.active[lane]
+        lanes.good[lane] = lanes.good[lane] and explained
 
 
 @inner

@@ -32,14 +32,26 @@ ADVICE = (
 )
 
 
-def end_of_branch(position: float, mu: float, energy: float) -> str:
-    """Advice where the branch of equilibria from first touch ends: the target's position (m) there,
-    the critical friction (NaN: unknown), and the energy (J) that a snap releases (NaN: there is no
-    snap)."""
+def end_of_branch(number: int, rubs: bool, position: float, mu: float, energy: float) -> str:
+    """Advice for the status `number` where the branch of equilibria from first touch ends: whether
+    there is friction, the target's position (m) there, the critical friction (NaN: unknown), and
+    the energy (J) that a snap releases (NaN: there is no snap)."""
+    if number == INFEASIBLE:
+        return f"{ADVICE[INFEASIBLE]} So it is beyond {position:.9g} m."
     if energy == energy:
         said = (
             f"The path passes a limit point at {position:.9g} m: the finger snaps from there and "
             f"releases {energy:.4g} J; what follows is not on the branch from first touch."
+        )
+        if number == MAX_ITERATIONS:
+            said += f" {ADVICE[MAX_ITERATIONS]}"
+    elif not rubs:
+        said = (
+            f"The branch of stable shapes from first touch ends at {position:.9g} m, and no shape "
+            "is found that the finger snaps to: the target may push it over there. Stop the path "
+            "before (path.stop), or change jaw, target or path.y so that the target's corner or "
+            "side does not get caught; if the end of the finger is thin, a higher solver.order "
+            "tells whether the branch really ends."
         )
     else:
         said = (

@@ -67,7 +67,7 @@ def one_contact(
     lowered = lowered_scene(scene, changes, [position])
     problem = lowered.problem(ORDER, np.arange(1))
     tables = (problem.profile.slope[0, :ORDER], problem.profile.end[0, :ORDER])
-    slope, end = (np.repeat(t[..., None], c.LANES, axis=-1) for t in tables)
+    slope, end = (np.ascontiguousarray(t.T) for t in tables)
     design = model.Design(
         slope, end, problem.rule.weights, problem.jaw, problem.target, 0, problem.kind,
         problem.form, problem.points,
