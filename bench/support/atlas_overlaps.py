@@ -19,6 +19,19 @@ def _jaw_block(kind: str, block: int) -> extremes.Columns:
     return extremes.jaw_block(kind, block)
 
 
+def overlaps(kind: str, index: int) -> bool:
+    """Whether a scene's undeformed finger is inside the target at the path's end."""
+    judge = side_overlaps if kind in extremes.SIDE_KINDS else jaw_overlaps
+    return judge(kind, index)
+
+
+def is_short_block(kind: str, index: int) -> bool:
+    """Whether a jaw's target is a block whose underside ends."""
+    columns = _jaw_block(kind, index // extremes.BLOCK)
+    lengths = columns.get("target.length")
+    return lengths is not None and lengths[index % extremes.BLOCK] != "endless"
+
+
 def jaw_overlaps(kind: str, index: int) -> bool:
     """Whether the undeformed jaw's edge is inside the target at the path's end."""
     columns = _jaw_block(kind, index // extremes.BLOCK)
