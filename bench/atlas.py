@@ -45,7 +45,7 @@ SCENES_A_PIECE = 100
 TRIED = 60
 """Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
 BY_SLSQP = 6
-"""And of those of jaws without friction that smaller steps do not solve, those for SLSQP."""
+"""And of those without friction that smaller steps do not solve, those that SLSQP gets."""
 DIGITS = 5
 """Scenes of each kind of jaws whose truth is computed to 34 digits."""
 MOST_INTERVALS = 360

@@ -11,7 +11,14 @@ import numpy as np
 import pandas as pd
 import shooting_many
 
-from support import atlas_causes, atlas_overlaps, atlas_runs, atlas_slsqp, atlas_truth
+from support import (
+    atlas_causes,
+    atlas_overlaps,
+    atlas_runs,
+    atlas_slsqp,
+    atlas_slsqp_sides,
+    atlas_truth,
+)
 
 JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},
@@ -25,22 +32,29 @@ SLSQP, SHOOTING = "SLSQP", "shooting, one contact"
 
 
 def try_again(kind: str, table: pd.DataFrame, slsqp: int) -> pd.DataFrame:
-    """Failed rows of a kind, all with friction or all without, with the column solved_by (empty: by
-    nothing that was tried). The first `slsqp` of jaws without friction that smaller steps do not
-    solve are given to SLSQP."""
+    """Failed rows of a kind for one cause, all with friction or all without, with the column
+    solved_by (empty: by nothing that was tried). The first `slsqp` without friction that smaller
+    steps do not solve are given to SLSQP."""
     jaws, rubs = kind in extremes.JAW_KINDS, bool(table["friction.mu"].gt(0.0).any())
     by = _by_settings(kind, table, (JAW_WAYS[:1] if rubs else JAW_WAYS) if jaws else SIDE_WAYS)
     left = by.index[by == ""].to_numpy()
     if jaws and rubs and len(left):
         by[left[_slides(kind, left, by.index, table["friction.mu"].to_numpy())]] = SHOOTING
     else:
-        tried = slsqp if jaws else 0
+        found_free = table["cause"].eq(atlas_causes.PASSED).any()  # by SLSQP at once
+        tried = 0 if rubs or found_free else slsqp
         for index in left[:tried]:
-            columns = extremes.jaw_block(kind, index // extremes.BLOCK)
-            shape = atlas_slsqp.shape_of(columns, index % extremes.BLOCK)
-            by[index] = SLSQP if atlas_slsqp.solve(shape)[0] else ""
+            by[index] = SLSQP if _is_shape(kind, int(index)) else ""
         by[left[tried:]] = NOT_TRIED
     return table.assign(solved_by=by.to_numpy())
+
+
+def _is_shape(kind: str, index: int) -> bool:
+    """Whether SLSQP finds a shape."""
+    if kind in extremes.SIDE_KINDS:
+        return atlas_slsqp_sides.solve(kind, index)
+    columns = extremes.jaw_block(kind, index // extremes.BLOCK)
+    return atlas_slsqp.solve(atlas_slsqp.shape_of(columns, index % extremes.BLOCK))[0]
 
 
 def _by_settings(kind: str, table: pd.DataFrame, ways: tuple[dict[str, object], ...]) -> pd.Series:

@@ -42,7 +42,7 @@ def folder() -> Path:
     return ROOT / "results" / "atlas" / digest.hexdigest()[:16]
 
 
-JUDGES = ("runs", "bulk", "causes", "overlaps", "truth", "failures", "slsqp")
+JUDGES = ("runs", "bulk", "causes", "overlaps", "truth", "failures", "slsqp", "slsqp_sides")
 """Modules of this folder whose tables are kept."""
 
 

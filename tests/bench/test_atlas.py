@@ -20,6 +20,7 @@ from support import (
     atlas_rates,
     atlas_runs,
     atlas_slsqp,
+    atlas_slsqp_sides,
     atlas_text,
     atlas_truth,
 )
@@ -106,6 +107,16 @@ def test_slsqp_finds_the_same_shape() -> None:
         good, _, energy = atlas_slsqp.solve(atlas_slsqp.shape_of(columns, row.index))
         assert good
         assert energy == pytest.approx(row.energy_J / unit, rel=0.03)
+
+
+def test_slsqp_finds_a_shape_in_direct_contact() -> None:
+    """Where the package has one, and none where the target covers the clamp."""
+    last = atlas_runs.last_rows(atlas_runs.chosen("circle", np.arange(12)))
+    touching = last[(last["status"] == "converged") & (last["contacts"] > 0)]
+    smooth = touching.loc[touching["friction.mu"] == 0.0, "index"].head(3)
+    assert len(smooth) >= 2
+    assert all(atlas_slsqp_sides.solve("circle", int(index)) for index in smooth)
+    assert not atlas_slsqp_sides.solve("ellipse", 332)
 
 
 def test_friction_is_followed_by_shooting() -> None:
