@@ -1,116 +1,122 @@
 """Stiff and extreme cases: is the answer ever wrong in silence, and where is there none?
 
 Random fingers with jaws and in direct contact, over ranges far beyond use (`tests/extremes.py`
-draws them; kind and index reproduce each), and grids over single ranges. All are solved in bulk
-(`support/atlas_bulk.py`: a run that was stopped goes on; the number of processes may be given). The
-truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`): it finds the exact
-equilibrium next to it, and none where there is none; where a thin end makes it too sensitive to
-close, the same scene with other modes. For direct contact it is the same scene with eight times as
-many intervals. Both for a sample. A row is *wrong in silence* if it says "converged" and its true
-error exceeds ten times its estimate (and what rounding does to any answer), or "no contact" where
-the undeformed finger overlaps the target. Rows without an answer are solved again in other ways to
-see whether there is one (`support/atlas_failures.py`).
+draws them; kind and index reproduce each), and grids over single ranges. All are solved in bulk; a
+run that was stopped goes on (`support/atlas_store.py`); the number of processes may be given. Every
+converged row of the first scenes of each kind is compared with the truth
+(`support/atlas_truth.py`), the truth with one of 34 digits (`support/atlas_digits.py`). A row is
+*wrong in silence* if it says "converged" and its true error exceeds ten times its estimate (and
+what rounding does to any answer), or "no contact" where the undeformed finger overlaps the target.
+Rows without an answer are solved again in other ways to see whether there is one
+(`support/atlas_failures.py`); those without friction for which there is are kept as test cases
+(`tests/unsolved.csv`).
 """
 
 import sys
 import time
 
 import pandas as pd
-from joblib import Parallel, delayed
 from support import (
     atlas_bulk,
+    atlas_digits,
     atlas_failures,
+    atlas_features,
     atlas_grids,
+    atlas_kept,
     atlas_pictures,
-    atlas_runs,
+    atlas_store,
     atlas_text,
+    atlas_truth,
     read_table,
     write_table,
 )
-from support.atlas_runs import extremes
+from support.atlas_store import Piece, extremes
 
-JAW_SCENES = 1_000
-"""Scenes of each of the six kinds of jaws; 16,667 are 100,000 in all."""
+JAW_SCENES = 16_667
+"""Scenes of each of the six kinds of jaws, 100,000 in all."""
 SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
-SHOT_SCENES = 500
-"""Scenes of each kind of jaws that are compared with shooting."""
-FINER_SCENES = 40
-"""Scenes of each kind of direct contact that are compared with finer ones."""
-TRIED = 4
-"""Failed rows of each kind, with friction and without, that are tried in other ways; ..."""
-BY_SLSQP = 2
-"""... and of those without friction that are still not solved, those that SLSQP gets."""
+SHOT_SCENES = 1_000
+"""Scenes of each kind of jaws of which every row is compared with shooting."""
+FINER_SCENES = 300
+"""Scenes of each kind of direct contact of which every row is compared with finer intervals."""
+SCENES_A_PIECE = 100
+"""That are judged in one go."""
+TRIED = 60
+"""Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
+BY_SLSQP = 6
+"""And of those without friction that smaller steps do not solve, those that SLSQP gets."""
+DIGITS = 5
+"""Scenes of each kind of jaws whose truth is computed to 34 digits."""
 MOST_INTERVALS = 360
 """Of scenes in direct contact that are tried in other ways."""
 JOBS = 2
 
 
 def main(jobs: int = JOBS) -> None:
-    jaws = atlas_bulk.run(extremes.JAW_KINDS, JAW_SCENES, jobs)
-    sides = atlas_bulk.run(extremes.SIDE_KINDS, SIDE_SCENES, jobs)
     begin = time.perf_counter()
-    for name, table, kinds, judge in (
-        ("atlas_jaws", jaws, extremes.JAW_KINDS, shot),
-        ("atlas_sides", sides, extremes.SIDE_KINDS, refined),
+    for name, kinds, scenes, judge, known in (
+        ("atlas_jaws", extremes.JAW_KINDS, JAW_SCENES, atlas_truth.jaws, SHOT_SCENES),
+        ("atlas_sides", extremes.SIDE_KINDS, SIDE_SCENES, atlas_truth.sides, FINER_SCENES),
     ):
-        tasks = [delayed(judge)(kind, int((table["kind"] == kind).sum())) for kind in kinds]
-        known = pd.concat(Parallel(n_jobs=jobs)(tasks), ignore_index=True)
-        whole = atlas_failures.described(table).merge(known, on=["kind", "index"], how="left")
-        write_table(name, whole, seed=extremes.SEED, cpu_seconds=table.attrs["cpu_seconds"])
-        by_kind = [part for _, part in sample(whole).groupby("kind", sort=False)]
-        tasks = [delayed(atlas_failures.try_again)(part, BY_SLSQP) for part in by_kind]
-        tried = pd.concat(Parallel(n_jobs=jobs)(tasks), ignore_index=True)
-        write_table(f"{name}_failed", tried, seed=extremes.SEED)
+        table = atlas_bulk.run(kinds, scenes, jobs)
+        write_table(name, table, seed=extremes.SEED, **table.attrs)
+        pieces = [
+            Piece(f"truth-{kind}-{first}", judge, (kind, first, SCENES_A_PIECE))
+            for first in range(0, min(known, scenes), SCENES_A_PIECE)
+            for kind in kinds
+        ]
+        judged = atlas_store.run("truth", pieces, jobs)
+        write_table(f"{name}_judged", judged, scenes=known, **judged.attrs)
+        tried = atlas_store.run("other ways", ways(table), jobs)
+        write_table(f"{name}_failed", tried, seed=extremes.SEED, **tried.attrs)
+        atlas_kept.keep(tried)
+        write_table(f"{name}_features", atlas_features.tally(table, judged))
+    pieces = [
+        Piece(f"digits-{kind}", atlas_digits.compare, (kind, DIGITS)) for kind in extremes.JAW_KINDS
+    ]
+    write_table("atlas_digits", atlas_store.run("34 digits", pieces, jobs))
     write_table("atlas_grid", atlas_grids.grid())
     write_table("atlas_condition", atlas_grids.conditions(), seed=extremes.SEED)
-    print(f"truth, other ways and grids: {time.perf_counter() - begin:.0f} s")
+    print(f"in all {time.perf_counter() - begin:.0f} s")
     draw()
     print(section())
 
 
-def draw() -> None:
-    """The pictures, from the tables."""
-    atlas_pictures.draw_jaws(read_table("atlas_jaws")[0])
-    atlas_pictures.draw_sides(read_table("atlas_sides")[0])
-    atlas_pictures.draw_grid(read_table("atlas_grid")[0])
-
-
-def shot(kind: str, scenes: int) -> pd.DataFrame:
-    """True errors of the first scenes of a kind of jaws: kind, index, error, rounding, found,
-    judge."""
-    last = atlas_runs.last_rows(atlas_runs.run_block(kind, 0, min(SHOT_SCENES, scenes)))
-    judged = atlas_runs.judge_by_order(atlas_runs.shoot(kind, 0, last))
-    return judged[["kind", "index", "error", "rounding", "found", "judge"]]
-
-
-def refined(kind: str, scenes: int) -> pd.DataFrame:
-    """The same for direct contact, by finer intervals."""
-    count = min(extremes.BLOCK, scenes)
-    last = atlas_runs.last_rows(atlas_runs.run_block(kind, 0, count)).sort_values("index")
-    solved = last[last["status"] == "converged"]
-    return atlas_runs.refine(solved.head(FINER_SCENES)).assign(kind=kind)
-
-
-def sample(table: pd.DataFrame) -> pd.DataFrame:
-    """The failed rows that are tried in other ways."""
+def ways(table: pd.DataFrame) -> list[Piece]:
+    """The failed rows that are tried in other ways, drawn at random."""
     failed = table[table["cause"] != ""]
     if "solver.intervals" in failed:
         failed = failed[failed["solver.intervals"].astype(int) <= MOST_INTERVALS]
-    rubs = failed["friction.mu"] > 0.0
-    return failed.groupby(["kind", rubs], sort=False).head(TRIED)
+    pieces = []
+    for (kind, cause, rubs), part in failed.groupby(["kind", "cause", failed["friction.mu"] > 0.0]):
+        some = part.sample(min(TRIED, len(part)), random_state=extremes.SEED).sort_index()
+        name = f"tried-{kind}-{cause}-{'rubs' if rubs else 'smooth'}".replace(" ", "_")
+        pieces.append(Piece(name, atlas_failures.try_again, (kind, some, BY_SLSQP)))
+    return pieces
+
+
+def draw() -> None:
+    """The pictures, from the tables."""
+    jaws, sides = (read_table(f"atlas_{one}")[0] for one in ("jaws", "sides"))
+    atlas_pictures.draw_jaws(jaws, read_table("atlas_jaws_judged")[0])
+    atlas_pictures.draw_sides(sides, read_table("atlas_sides_judged")[0])
+    atlas_pictures.draw_grid(read_table("atlas_grid")[0])
 
 
 def headlines() -> list[str]:
-    return atlas_text.headlines(*(read_table(name)[0] for name in TABLES[:4]))
+    return atlas_text.headlines(*(read_table(name)[0] for name in TABLES[:6]))
 
 
 def section() -> str:
     return atlas_text.section(*(read_table(name) for name in TABLES))
 
 
-TABLES = ("atlas_jaws", "atlas_sides", "atlas_jaws_failed", "atlas_sides_failed",
-          "atlas_grid", "atlas_condition")  # fmt: skip
+TABLES = (
+    "atlas_jaws", "atlas_sides", "atlas_jaws_judged", "atlas_sides_judged", "atlas_jaws_failed",
+    "atlas_sides_failed", "atlas_jaws_features", "atlas_sides_features", "atlas_digits",
+    "atlas_grid", "atlas_condition",
+)  # fmt: skip
 
 
 if __name__ == "__main__":

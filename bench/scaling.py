@@ -31,6 +31,10 @@ CASES = (1, 8, 32, 100, 1_000, 10_000, 100_000, 1_000_000)
 POSITIONS = 60
 NODES = (45, 90, 180, 360, 720, 1440, 2880, 5760)
 JOBS = (1, 2)
+CHUNKS = (1, 32, 512, 1_000, 10_000, 20_000)
+"""Cases of one of the calls that together solve the last number of cases."""
+COLD = 6, 2_000
+"""Positions that are solved in one jump from the first touch, and jaws at each."""
 SWEPT = 300_000
 """Cases of the sweeps on one and two cores."""
 CHAIN = 32
@@ -48,7 +52,9 @@ def main() -> None:
     write_table("scaling_cores", pd.DataFrame([over_cores(jobs) for jobs in JOBS]), cases=SWEPT)
     reached = rates()
     write_table("scaling_limit", limit(scene, cases[5], reached), **reached)
-    write_table("scaling_starts", pd.DataFrame([warm_start()]))
+    chunks = [over_chunks(scene, size) for size in CHUNKS]
+    write_table("scaling_chunks", pd.DataFrame(chunks), cases=CHUNKS[-1])
+    write_table("scaling_starts", pd.DataFrame([warm_start() | cold_solves(scene)]))
     picture()
     print(section())
 
@@ -75,6 +81,37 @@ def over_cases(scene: fastncm.Scene, count: int) -> dict[str, float]:
         "iterations_per_solve": table["iterations"].mean() / POSITIONS,
         "failed": int((~table["status"].isin(["converged", "no_contact"])).sum()),
     }
+
+
+def over_chunks(scene: fastncm.Scene, size: int) -> dict[str, float]:
+    """The same cases in calls of `size` each; of the smallest ones only a part."""
+    whole = pd.DataFrame({"jaw.height": np.linspace(*throughput.HEIGHTS, CHUNKS[-1])})
+    calls = min(len(whole) // size, 200)
+    parts = [whole.iloc[i * size : (i + 1) * size] for i in range(calls)]
+    seconds = best(lambda: [fastncm.solve_cases(scene, part) for part in parts])
+    return {"chunk": size, "us_per_solve": seconds / calls / size / POSITIONS * 1e6}
+
+
+def cold_solves(scene: fastncm.Scene) -> dict[str, float]:
+    """µs and iterations of a solve along the path, and of one from the first touch in one jump."""
+    positions, jaws = COLD
+    heights = np.linspace(*throughput.HEIGHTS, jaws)
+    touch = fastncm.solve(scene.replace({"path.start": "touch"})).frame()["position"].iloc[0]
+    ends = touch + np.linspace(0.1, 1.0, positions) * (scene.path.stop - touch)
+    jumps = pd.DataFrame(
+        {"jaw.height": np.tile(heights, positions), "path.stop": np.repeat(ends, jaws)}
+    )
+    found = {}
+    for name, frame, steps, solves in (
+        ("along", pd.DataFrame({"jaw.height": heights}), POSITIONS, POSITIONS),
+        ("jump", jumps, 2, 1),
+    ):
+        made = scene.replace({"path.start": "touch", "path.steps": steps})
+        table = fastncm.solve_cases(made, frame)
+        seconds = best(lambda made=made, frame=frame: fastncm.solve_cases(made, frame))
+        found[f"us_{name}"] = seconds / len(frame) / solves * 1e6
+        found[f"iterations_{name}"] = table["iterations"].mean() / solves
+    return found
 
 
 def over_nodes(intervals: int) -> dict[str, float]:
@@ -255,6 +292,8 @@ def section() -> str:
     cores, _ = read_table("scaling_cores")
     parts, reached = read_table("scaling_limit")
     starts, _ = read_table("scaling_starts")
+    chunks, of = read_table("scaling_chunks")
+    start = starts.iloc[0]
     compiling = json.loads((RESULTS / "first_use.json").read_text())
     memory = json.loads((RESULTS / "million.json").read_text())["sweeps"]
     share = json.loads((RESULTS / "throughput.json").read_text())["share_outside_compiled"]
@@ -276,6 +315,15 @@ def section() -> str:
                 for r in cases.itertuples()
             ],
         ),
+        f"The same, {of['cases']:,} cases in calls (chunks) of a size:",
+        markdown_table(
+            ["cases in a chunk", "µs a solve"],
+            [[f"{r.chunk:,}", f"{r.us_per_solve:.3g}"] for r in chunks.itertuples()],
+        ),
+        f"Warm and cold: a solve along the path takes {start['us_along']:.2g} µs and "
+        f"{start['iterations_along']:.2g} iterations, one in a single jump from the first touch "
+        f"{start['us_jump']:.2g} µs and {start['iterations_jump']:.2g}, events and summaries "
+        "included.",
         f"rubber-ellipse, over N (exponent {slope(nodes):.2f} from N = 90 on):",
         markdown_table(
             ["N", "µs a solve", "iterations a solve", "status"],
@@ -293,7 +341,7 @@ def section() -> str:
             ],
         ),
         f"Two against one: {speed[0]:.2f} times the solves, sweeps {sweeps:.2f} times as fast.",
-        f"`fastncm solve` in a new process: {starts['warm_s'].iloc[0]:.1f} s with a warm cache; "
+        f"`fastncm solve` in a new process: {start['warm_s']:.1f} s with a warm cache; "
         f"compiling first: {_cold(compiling)} (`bench/first_use.py`). Outside compiled code: "
         f"{share:.1%} of the time of a batch (`bench/throughput.py`). Peak memory of a sweep "
         "(`bench/million.py`): "

@@ -114,7 +114,8 @@ its events located, too. All optimisers solve the same discretisation, with exac
 derivatives and warm starts extrapolated from the positions before, and are told which part of the
 jaw touches; they take no friction, which has no energy. `root` and `least_squares` (MINPACK by
 SciPy) get the equilibrium of the sliding contact as a square system, with friction, an exact
-compiled Jacobian and the same starts; they are told that there is one contact, which slides.
+compiled Jacobian and the same starts; they are told that there is one contact, which slides; on
+rubber-ellipse, which nodes touch, and the whole answer at the first position.
 "Shooting" is the reference of rubber-ellipse (`solve_ivp` and `root`) at looser tolerances. The
 paper's algorithm (monomials, M points, BFGS) has a merit function in its line search, except where
 "printed line search" is said, and friction by (14)-(17); on rubber-ellipse it is its shear energy

@@ -58,6 +58,14 @@ def row(columns: Columns, case: int) -> dict[str, object]:
 
 def jaw_block(kind: str, block: int) -> Columns:
     """Columns of BLOCK scenes of one of JAW_KINDS."""
+    return drawn_jaws(kind, block)[0]
+
+
+def drawn_jaws(kind: str, block: int) -> tuple[Columns, Columns]:
+    """`jaw_block`, and what else is known of each scene: `depth` of the target at the path's end
+    and its `gap` at the beginning (finger lengths), the distance of the first touch `from_corner`
+    (edge lengths), and the friction coefficient `of_locking`, in units of what locks a rigid jaw.
+    """
     rng = np.random.default_rng([SEED, JAW_KINDS.index(kind), block])
     draw = _Draw(rng, BLOCK)
     length = draw.log(1e-6, 1e3)
@@ -111,7 +119,13 @@ def jaw_block(kind: str, block: int) -> Columns:
     else:
         size = np.where(draw.share(0.7), np.nan, draw.log(1e-3, 1.0))
         columns["target.length"] = _blank(size * length, "endless")
-    return columns
+    drawn = {
+        "depth": depth,
+        "gap": np.where(np.isnan(start), 0.0, start - reach),
+        "from_corner": np.minimum(np.abs(place), np.abs(1.0 - place)),
+        "of_locking": columns["friction.mu"] * np.tan(lead),
+    }
+    return columns, drawn
 
 
 def jaw_point(
@@ -152,6 +166,13 @@ def side_block(kind: str, block: int) -> Columns:
     In the base's frame the undeformed finger lies along x; a target at its right side comes from
     below, one at its left side from above.
     """
+    return drawn_sides(kind, block)[0]
+
+
+def drawn_sides(kind: str, block: int) -> tuple[Columns, Columns]:
+    """`side_block`, and of each scene the `depth` of the target at the path's end, its `gap` at the
+    beginning, both in finger lengths or half radians, how far along the finger it touches first,
+    `place` (finger lengths), and the angle of the `base` at the end (rad)."""
     rng = np.random.default_rng([SEED, 100 + SIDE_KINDS.index(kind), block])
     draw = _Draw(rng, BLOCK)
     length = draw.log(1e-6, 1e3)
@@ -239,7 +260,12 @@ def side_block(kind: str, block: int) -> Columns:
     columns["path.x"] = _blank(np.where(turns, x - speed * (base - 0.5 * np.pi), np.nan), "")
     columns["path.x"][turns] = (columns["path.x"][turns] * length[turns]).astype(object)
     columns["path.speed_ratio"] = _blank(np.where(turns, speed * length, np.nan), "")
-    return columns
+    return columns, {
+        "depth": depth,
+        "gap": clear,
+        "place": place,
+        "base": np.where(turns, stop, base),
+    }
 
 
 def parts(columns: Columns) -> list[tuple[np.ndarray, Columns]]:

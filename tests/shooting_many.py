@@ -20,7 +20,7 @@ Array = np.ndarray
 LOCAL_ERROR = 1e-11
 """Of the embedded method of order 5 in one step; that of order 8, which goes on, is far below."""
 COARSE_ERROR = 1e-8
-"""With it the integration's own error shows."""
+"""With it the integration's own error shows, which falls at least in proportion."""
 MOST_STEPS = 3000
 DIFFERENCE = 1e-6
 NEWTON_STEPS = 40
@@ -120,25 +120,25 @@ def force_unit(columns: dict[str, Array], rows: Array) -> Array:
 
 def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
     """The equilibria next to the claimed ones, sliding with friction of 0 or +-mu (n,)."""
-    jaw, target, q = _features(fingers, claim)
-    normal = _turned(_jaw(fingers, jaw, q)[1], claim.pose[:, 2])
+    jaw, target, q = features(fingers, claim)
+    normal = turned(place_of(fingers, jaw, q)[1], claim.pose[:, 2])
     pressing = -np.einsum("ij,ij->i", claim.force, normal)
     along = normal[:, 0] * claim.force[:, 1] - normal[:, 1] * claim.force[:, 0]
     lean = np.sign(along) * mu
     unknowns = np.column_stack([pressing, q])
     scale = np.column_stack([np.abs(pressing), np.ones(len(q))])
-    missed, pose = _miss(fingers, jaw, target, lean, unknowns)
+    missed, pose = miss(fingers, jaw, target, lean, unknowns)
     large = 1.0 + fingers.radius + np.abs(fingers.at).max(axis=1)  # of what rounding is a share
     jacobian, damping = np.zeros((len(q), 2, 2)), np.ones(len(q))
     for _ in range(NEWTON_STEPS):
         for k in range(2):
             aside = unknowns.copy()
             aside[:, k] += DIFFERENCE * scale[:, k]
-            jacobian[:, :, k] = (_miss(fingers, jaw, target, lean, aside)[0] - missed) / DIFFERENCE
+            jacobian[:, :, k] = (miss(fingers, jaw, target, lean, aside)[0] - missed) / DIFFERENCE
         size = np.abs(missed).max(axis=1)
         step = -np.einsum("nij,nj->ni", np.linalg.pinv(_finite(jacobian)), _finite(missed))
         trial = unknowns + damping[:, None] * np.clip(step, -0.5, 0.5) * scale
-        new, new_pose = _miss(fingers, jaw, target, lean, trial)
+        new, new_pose = miss(fingers, jaw, target, lean, trial)
         better = np.abs(new).max(axis=1) < size
         unknowns[better], missed[better], pose[better] = (
             trial[better],
@@ -150,18 +150,19 @@ def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
             break
     inverse = np.linalg.pinv(_finite(jacobian))
     rounding = np.abs(inverse[:, 0]).sum(axis=1) * 3e-14 * large
-    coarse, _ = _miss(fingers, jaw, target, lean, unknowns, COARSE_ERROR)
-    rounding += np.abs(np.einsum("nj,nj->n", inverse[:, 0], _finite(coarse - missed)))
+    coarse, _ = miss(fingers, jaw, target, lean, unknowns, COARSE_ERROR)
+    shows = np.abs(np.einsum("nj,nj->n", inverse[:, 0], _finite(coarse - missed)))
+    rounding += LOCAL_ERROR / COARSE_ERROR * shows
     found = (np.abs(missed).max(axis=1) < 1e-11 * large) & (unknowns[:, 0] > 0.0)
-    point, normal = (_turned(one, pose[:, 2]) for one in _jaw(fingers, jaw, unknowns[:, 1]))
+    point, normal = (turned(one, pose[:, 2]) for one in place_of(fingers, jaw, unknowns[:, 1]))
     force = unknowns[:, :1] * (-normal + lean[:, None] * _left(normal))
     return Truth(unknowns[:, 0], force, pose[:, :2] + point, pose, rounding, found)
 
 
-def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
+def features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
     """What of jaw and target touch by the claimed place of contact, and q."""
     count = len(f.ratio)
-    place = _turned(claim.contact - claim.pose[:, :2], -claim.pose[:, 2])
+    place = turned(claim.contact - claim.pose[:, :2], -claim.pose[:, 2])
     to_a, to_b = place - f.a, place - f.b
     down = -np.column_stack([np.cos(f.back), np.sin(f.back)])
     below = np.einsum("ij,ij->i", to_a, down)
@@ -199,7 +200,7 @@ def _features(f: Fingers, claim: Claim) -> tuple[Array, Array, Array]:
         ),
         f.at - claim.contact,
     )
-    seen = _turned(outward, -claim.pose[:, 2])
+    seen = turned(outward, -claim.pose[:, 2])
     q = np.where(corner, np.arctan2(seen[:, 1], seen[:, 0]), np.where(jaw == RETURN, below, q))
     return jaw, target, q
 
@@ -238,11 +239,11 @@ def _arc(f: Fingers) -> tuple[Array, Array]:
     return 0.5 * (f.a + f.b) - (rho * np.cos(safe))[:, None] * left, rho
 
 
-def _jaw(f: Fingers, jaw: Array, q: Array) -> tuple[Array, Array]:
+def place_of(f: Fingers, jaw: Array, q: Array) -> tuple[Array, Array]:
     """The jaw's places (n, 2) and outward normals there, in the tip's frame."""
     chord = f.b - f.a
     left = _left(chord) / np.hypot(*chord.T)[:, None]
-    normal = _turned(left, f.half * (1.0 - 2.0 * q))
+    normal = turned(left, f.half * (1.0 - 2.0 * q))
     centre, rho = _arc(f)
     bent = centre + rho[:, None] * normal
     point = np.where((f.half == 0.0)[:, None], f.a + q[:, None] * chord, bent)
@@ -258,7 +259,7 @@ def _jaw(f: Fingers, jaw: Array, q: Array) -> tuple[Array, Array]:
     return point, normal
 
 
-def _miss(
+def miss(
     f: Fingers,
     jaw: Array,
     target: Array,
@@ -268,13 +269,13 @@ def _miss(
 ) -> tuple[Array, Array]:
     """By how much jaw and target miss each other (n, 2), and the tip's pose (n, 3)."""
     force, q = unknowns.T
-    point, normal = _jaw(f, jaw, q)
+    point, normal = place_of(f, jaw, q)
     push = force[:, None] * (-normal + lean[:, None] * _left(normal))
     clamp = _integrate(f, point, push, local)
     psi = -clamp[:, 2]
-    pose = np.column_stack([-_turned(clamp[:, :2], psi), psi])
-    contact = pose[:, :2] + _turned(point, psi)
-    outward = _turned(normal, psi)
+    pose = np.column_stack([-turned(clamp[:, :2], psi), psi])
+    contact = pose[:, :2] + turned(point, psi)
+    outward = turned(normal, psi)
     # the circle's centre, or the block's corner
     middle = contact + f.radius[:, None] * outward - f.at
     far = (jaw == RETURN) & (f.radius == 0.0) | (target == FAR)
@@ -353,7 +354,7 @@ def _integrate_all(ratio, shear, arms, forces, a, b, c, e, local, out):  # type:
         out[i] = state if z == 0.0 else np.full(3, np.nan)
 
 
-def _turned(vectors: Array, angle: Array) -> Array:
+def turned(vectors: Array, angle: Array) -> Array:
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vectors.T
     return np.column_stack([cos * x - sin * y, sin * x + cos * y])

@@ -48,7 +48,7 @@ def write_json(name: str, figures: Mapping[str, object]) -> None:
     RESULTS.mkdir(exist_ok=True)
     file = RESULTS / f"{name}.json"
     file.write_text(json.dumps({"machine": machine(), **figures}, indent=2) + "\n")
-    print(f"\n{file.relative_to(ROOT)}")
+    print(f"\n{file.name}")
 
 
 def read_json(name: str) -> tuple[dict, str]:
@@ -67,7 +67,7 @@ def write_table(name: str, table: pd.DataFrame, **notes: object) -> None:
     arrow = pa.Table.from_pandas(table, preserve_index=False)
     about = json.dumps({"machine": machine(), **notes})
     pq.write_table(arrow.replace_schema_metadata({**arrow.schema.metadata, b"bench": about}), file)
-    print(f"\n{file.relative_to(ROOT)}: {len(table)} rows")
+    print(f"\n{file.name}: {len(table)} rows")
 
 
 def read_table(name: str) -> tuple[pd.DataFrame, dict[str, object]]:

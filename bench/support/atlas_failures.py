@@ -1,146 +1,83 @@
-"""Why a scene of the atlas has no answer, and whether there is one by other means.
+"""Whether there is an answer by other means where a scene of the atlas has none.
 
-Without friction: the package with other settings, then SLSQP from several starts on a chain of
-links (`atlas_slsqp`), which proves that there is a shape, though not that the path leads to it.
-With friction: the frictionless answer at the same place, from which the equilibrium is followed by
-shooting while the friction grows. In direct contact: the package with more positions, and whether
-the target covers the clamp, which no bending can clear.
+The package with smaller steps and other settings; then, without friction, SLSQP from several starts
+on a chain of links (`atlas_slsqp`), which proves that there is a shape, though not that the path
+leads to it; with friction the frictionless answer at the same place, from which the equilibrium is
+followed by shooting while the friction grows.
 """
-
-from collections.abc import Mapping
 
 import extremes
 import numpy as np
 import pandas as pd
 import shooting_many
 
-from support import atlas_bulk, atlas_overlaps, atlas_runs, atlas_slsqp
+from support import (
+    atlas_causes,
+    atlas_overlaps,
+    atlas_runs,
+    atlas_slsqp,
+    atlas_slsqp_sides,
+    atlas_truth,
+)
 
-SNAP = "the branch from first touch ends at a limit point (snap)"
-LOCKS = "friction locks, or the branch ends"
-SEVERAL = "two contacts with friction"
-FAR_CORNER = "far corner of a short block"
-OVERLAP = "the target cannot be got out of the way"
-COVERED = "the target covers the clamp"
-UNSOLVED = "not solved"
-RAISES = "the package raises an exception"
-CAUSES = {
-    "snaps": SNAP,
-    "No equilibrium on the branch": LOCKS,
-    "overlap": OVERLAP,
-    "Error:": RAISES,
-}
-"""What the advice says, and the cause."""
 JAW_WAYS: tuple[dict[str, object], ...] = (
     {"path.steps": 200},
     {"path.steps": 60, "solver.order": 12},
 )
 SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 30},)
 FRICTION_STEPS = 10
+NOT_TRIED = "smaller steps do not"
+"""Of rows that are not given to SLSQP either."""
+SLSQP, SHOOTING = "SLSQP", "shooting, one contact"
 
 
-def failed(table: pd.DataFrame) -> pd.Series:
-    """Whether a row has no answer."""
-    return ~table["status"].isin(atlas_runs.SOLVED)
+def try_again(kind: str, table: pd.DataFrame, slsqp: int) -> pd.DataFrame:
+    """Failed rows of a kind for one cause, all with friction or all without, with the column
+    solved_by (empty: by nothing that was tried). The first `slsqp` without friction that smaller
+    steps do not solve are given to SLSQP."""
+    jaws, rubs = kind in extremes.JAW_KINDS, bool(table["friction.mu"].gt(0.0).any())
+    by = _by_settings(kind, table, (JAW_WAYS[:1] if rubs else JAW_WAYS) if jaws else SIDE_WAYS)
+    left = by.index[by == ""].to_numpy()
+    if jaws and rubs and len(left):
+        by[left[_slides(kind, left, by.index, table["friction.mu"].to_numpy())]] = SHOOTING
+    else:
+        found_free = table["cause"].eq(atlas_causes.PASSED).any()  # by SLSQP at once
+        tried = 0 if rubs or found_free else slsqp
+        for index in left[:tried]:
+            by[index] = SLSQP if _is_shape(kind, int(index)) else ""
+        by[left[tried:]] = NOT_TRIED
+    return table.assign(solved_by=by.to_numpy())
 
 
-def causes(table: pd.DataFrame) -> pd.Series:
-    """What each row's advice says about its failure; empty where there is none."""
-    found = pd.Series(UNSOLVED, index=table.index)
-    for word, cause in CAUSES.items():
-        found[table["advice"].str.contains(word, regex=False)] = cause
-    return found.where(failed(table), "")
-
-
-def described(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows with the columns cause, snapped (the advice tells of a snap) and overlaps (no
-    contact is claimed, and the undeformed finger is inside the target) for their advice."""
-    overlaps = np.zeros(len(table), dtype=bool)
-    for at in np.flatnonzero(table["status"] == "no_contact"):
-        kind, index = str(table["kind"].iat[at]), int(table["index"].iat[at])
-        overlaps[at] = (
-            atlas_overlaps.side_overlaps(kind, index)
-            if kind in extremes.SIDE_KINDS
-            else atlas_overlaps.jaw_overlaps(kind, index)
-        )
-    snapped = table["advice"].str.contains("snaps", regex=False)
-    described = table.assign(cause=causes(table), snapped=snapped, overlaps=overlaps)
-    return described.drop(columns="advice")
-
-
-def solve_again(kind: str, indices: np.ndarray, changes: Mapping[str, object]) -> pd.DataFrame:
-    """The deepest rows of some scenes of a kind with other settings, in bulk."""
-    draw = extremes.side_block if kind in extremes.SIDE_KINDS else extremes.jaw_block
-    found = []
-    for block in np.unique(indices // extremes.BLOCK):
-        rows = indices[indices // extremes.BLOCK == block] - block * extremes.BLOCK
-        columns = {name: column[rows] for name, column in draw(kind, int(block)).items()}
-        for name, value in changes.items():
-            columns[name] = np.full(len(rows), value, dtype=object)
-        table = atlas_bulk.deepest(kind, columns)
-        found.append(table.assign(index=rows[table["index"]] + block * extremes.BLOCK))
-    return pd.concat(found, ignore_index=True)
-
-
-def try_again(chosen: pd.DataFrame, slsqp: int) -> pd.DataFrame:
-    """The chosen failed rows with the columns cause (finer) and solved_by (empty: by nothing that
-    was tried); `slsqp` of each kind of jaws are given to SLSQP."""
-    parts = [chosen.iloc[:0].assign(solved_by="")]
-    for kind, table in chosen.groupby("kind", sort=False):
-        name, rubs = str(kind), table["friction.mu"] > 0.0
-        if name in extremes.SIDE_KINDS:
-            parts.append(_in_direct_contact(name, table))
-            continue
-        parts += [_without_friction(name, table[~rubs], slsqp)] if (~rubs).any() else []
-        parts += [_with_friction(name, table[rubs])] if rubs.any() else []
-    return pd.concat(parts, ignore_index=True)
+def _is_shape(kind: str, index: int) -> bool:
+    """Whether SLSQP finds a shape."""
+    if kind in extremes.SIDE_KINDS:
+        return atlas_slsqp_sides.solve(kind, index)
+    columns = extremes.jaw_block(kind, index // extremes.BLOCK)
+    return atlas_slsqp.solve(atlas_slsqp.shape_of(columns, index % extremes.BLOCK))[0]
 
 
 def _by_settings(kind: str, table: pd.DataFrame, ways: tuple[dict[str, object], ...]) -> pd.Series:
     """By which of the package's other settings each row is solved."""
-    by = pd.Series("", index=table["index"])
+    by = pd.Series("", index=table["index"].to_numpy())
     for changes in ways:
         left = by.index[by == ""].to_numpy()
         if len(left):
-            again = solve_again(kind, left, changes)
+            again = atlas_runs.last_rows(atlas_runs.chosen(kind, left, changes))
             said = ", ".join(f"{name} = {value}" for name, value in changes.items())
-            by[again.loc[~failed(again), "index"]] = said
+            by[again.loc[~atlas_causes.failed(again), "index"].to_numpy()] = said
     return by
 
 
-def _without_friction(kind: str, table: pd.DataFrame, slsqp: int) -> pd.DataFrame:
-    by = _by_settings(kind, table, JAW_WAYS)
-    left = by.index[by == ""]
-    for index in left[:slsqp]:
-        columns = extremes.jaw_block(kind, index // extremes.BLOCK)
-        shape = atlas_slsqp.shape_of(columns, index % extremes.BLOCK)
-        by[index] = "SLSQP" if atlas_slsqp.solve(shape)[0] else ""
-    by[left[slsqp:]] = "not tried by SLSQP"
-    table = table.assign(solved_by=by.to_numpy())
-    return table.assign(cause=table["cause"].mask(_short(kind, table), FAR_CORNER))
-
-
-def _short(kind: str, table: pd.DataFrame) -> np.ndarray:
-    """Whether the block's underside ends, by row (n,)."""
-    if kind.startswith("circle-"):
-        return np.zeros(len(table), dtype=bool)
-    made = [extremes.one(kind, int(index))["target.length"] for index in table["index"]]
-    return np.array([one != "endless" for one in made])
-
-
-def _with_friction(kind: str, table: pd.DataFrame) -> pd.DataFrame:
-    by = _by_settings(kind, table, JAW_WAYS[:1])
-    smooth = solve_again(kind, table["index"].to_numpy(), {"friction.mu": 0.0})
-    smooth = smooth.set_index("index").loc[table["index"]]
-    single = smooth["contacts"].eq(1) & smooth["status"].eq("converged")
-    slid = slide(kind, smooth[single].reset_index(), table["friction.mu"].to_numpy()[single])
-    exists = pd.Series(False, index=table["index"])
-    exists[smooth.index[single]] = slid
-    by[exists & (by == "")] = "shooting, one contact"
-    cause = table["cause"].to_numpy()
-    several = (smooth["contacts"] > 1).to_numpy()
-    cause = np.where(several & (cause == LOCKS), SEVERAL, cause)
-    return table.assign(solved_by=by.to_numpy(), cause=cause)
+def _slides(kind: str, left: np.ndarray, indices: pd.Index, mu: np.ndarray) -> np.ndarray:
+    """Which of the scenes `left` (n,) have an equilibrium that slides on one contact."""
+    smooth = atlas_runs.last_rows(atlas_runs.chosen(kind, left, {"friction.mu": 0.0}))
+    smooth = smooth.set_index("index").loc[left].reset_index()
+    single = (smooth["contacts"].eq(1) & smooth["status"].eq("converged")).to_numpy()
+    exists = np.zeros(len(left), dtype=bool)
+    rubs = pd.Series(mu, index=indices).loc[left].to_numpy()
+    exists[single] = slide(kind, smooth[single].reset_index(drop=True), rubs[single])
+    return exists
 
 
 def slide(kind: str, smooth: pd.DataFrame, mu: np.ndarray) -> np.ndarray:
@@ -153,7 +90,7 @@ def slide(kind: str, smooth: pd.DataFrame, mu: np.ndarray) -> np.ndarray:
         table = smooth.iloc[here].reset_index(drop=True)
         columns = extremes.jaw_block(kind, int(block))
         rows = table["index"].to_numpy() - block * extremes.BLOCK
-        claim = atlas_runs.claim_of(table, columns, rows)
+        claim = atlas_truth.claim_of(table, columns, rows)
         fingers = shooting_many.fingers(columns, rows, table["position"].to_numpy())
         pressing = np.hypot(*claim.force.T)
         good = pressing > 0.0
@@ -180,10 +117,3 @@ def slide(kind: str, smooth: pd.DataFrame, mu: np.ndarray) -> np.ndarray:
 
 def _left(vectors: np.ndarray) -> np.ndarray:
     return np.column_stack([-vectors[:, 1], vectors[:, 0]])
-
-
-def _in_direct_contact(kind: str, table: pd.DataFrame) -> pd.DataFrame:
-    by = _by_settings(kind, table, SIDE_WAYS)
-    covered = [atlas_overlaps.clamp_is_covered(kind, int(index)) for index in table["index"]]
-    cause = table["cause"].mask(covered, COVERED)
-    return table.assign(solved_by=by.to_numpy(), cause=cause)

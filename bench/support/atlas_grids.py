@@ -21,11 +21,17 @@ SLENDERNESSES = np.geomspace(1e-5, 0.5, 10)
 INTERVALS = (4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048)
 FINEST = 10_000
 ANGLE = np.radians(102.0)
+TWIN_CORNERS, TWIN_SIZE = 5, 0.08
+TWIN_INTERVALS = (8, 16, 32, 64, 128)
+APART = (1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 1e-2)
+"""Of two corners, in units of the polygon's size (m)."""
+POINTS = (10, 30, 100, 300, 1000, 3000)
 
 
 def grid() -> pd.DataFrame:
     """All grids in one table: grid, x, y, status, error, error_estimate, rounding, condition."""
-    return pd.DataFrame([*_tapers(), *_shears(), *_scales(), *_intervals()])
+    parts = (_tapers(), _shears(), _scales(), _intervals(), _twins(), _points())
+    return pd.DataFrame([row for part in parts for row in part])
 
 
 def _shot(scene: Scene, position: float) -> dict[str, object]:
@@ -130,6 +136,54 @@ def _intervals() -> Iterator[dict[str, object]]:
                 "status": row["status"], "error_estimate": row["error_estimate"],
                 "error": np.hypot(*(force - truth)) / np.hypot(*truth),
                 "rounding": finest["error_estimate"],
+            }  # fmt: skip
+
+
+def _twins() -> Iterator[dict[str, object]]:
+    """rubber-ellipse with a polygon in place of the ellipse, each corner split into two that are
+    `apart` from each other: almost the same constraint twice. Against single corners; that the
+    target is smaller is in `rounding`."""
+    scene = fastncm.load_scene("rubber-ellipse")
+    angles = 2.0 * np.pi * (np.arange(TWIN_CORNERS) + 0.3) / TWIN_CORNERS
+    corners = TWIN_SIZE * np.column_stack([np.cos(angles), np.sin(angles)])
+    ways = [np.roll(corners, shift, axis=0) - corners for shift in (1, -1)]
+    ways = [way / np.hypot(*way.T)[:, None] for way in ways]
+    for intervals in TWIN_INTERVALS:
+        for apart in (0.0, *APART):
+            twins = np.stack([corners + 0.5 * apart * TWIN_SIZE * way for way in ways], axis=1)
+            split = corners if apart == 0.0 else twins.reshape(-1, 2)
+            changes = {"target.shape": "polygon", "target.vertices": split.tolist(),
+                       "solver.intervals": intervals, "path.steps": 4}  # fmt: skip
+            last = fastncm.solve(scene.replace(changes)).frame().iloc[-1]
+            force = np.array([last["force_x_N"], last["force_y_N"]], dtype=float)
+            if apart == 0.0:
+                truth = force
+                continue
+            yield {
+                "grid": "two corners apart and N", "x": apart, "y": intervals,
+                "status": last["status"], "error_estimate": last["error_estimate"],
+                "error": np.hypot(*(force - truth)) / np.hypot(*truth), "rounding": 10.0 * apart,
+            }  # fmt: skip
+
+
+def _points() -> Iterator[dict[str, object]]:
+    """rubber-ellipse with M points on the target, many for each interval: nearly dependent
+    constraints. Against the finest intervals with the closest places. The estimate knows nothing
+    of the points."""
+    scene = fastncm.load_scene("rubber-ellipse")
+    angles = [np.radians(126.0), ANGLE]
+    finest = fastncm.solve(scene.replace({"solver.intervals": FINEST}), positions=angles).frame()
+    truth = finest[["force_x_N", "force_y_N"]].iloc[-1].to_numpy(dtype=float)
+    for intervals in INTERVALS[:6]:
+        for points in POINTS:
+            changes = {"solver.contact": "points-on-target", "solver.points": points}
+            made = scene.replace(changes | {"solver.intervals": intervals})
+            row = fastncm.solve(made, positions=angles).frame().iloc[-1]
+            force = row[["force_x_N", "force_y_N"]].to_numpy(dtype=float)
+            yield {
+                "grid": "rubber-ellipse: points (10b) and N", "x": points, "y": intervals,
+                "status": row["status"], "error_estimate": np.nan,
+                "error": np.hypot(*(force - truth)) / np.hypot(*truth), "rounding": 0.0,
             }  # fmt: skip
 
 

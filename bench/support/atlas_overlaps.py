@@ -19,6 +19,19 @@ def _jaw_block(kind: str, block: int) -> extremes.Columns:
     return extremes.jaw_block(kind, block)
 
 
+def overlaps(kind: str, index: int) -> bool:
+    """Whether a scene's undeformed finger is inside the target at the path's end."""
+    judge = side_overlaps if kind in extremes.SIDE_KINDS else jaw_overlaps
+    return judge(kind, index)
+
+
+def is_short_block(kind: str, index: int) -> bool:
+    """Whether a jaw's target is a block whose underside ends."""
+    columns = _jaw_block(kind, index // extremes.BLOCK)
+    lengths = columns.get("target.length")
+    return lengths is not None and lengths[index % extremes.BLOCK] != "endless"
+
+
 def jaw_overlaps(kind: str, index: int) -> bool:
     """Whether the undeformed jaw's edge is inside the target at the path's end."""
     columns = _jaw_block(kind, index // extremes.BLOCK)
@@ -46,10 +59,15 @@ def _side(kind: str, index: int) -> dict[str, object]:
     raise IndexError(index)
 
 
+def side_scene(kind: str, index: int) -> Scene:
+    """A scene of direct contact."""
+    return _base(kind).replace(_side(kind, index))
+
+
 def _undeformed(kind: str, index: int) -> tuple[Scene, np.ndarray]:
     """A scene of direct contact and its undeformed finger's nodes (N + 1, 2) at the path's end,
     those of the surface that touches, the clamp first, seen from the target's reference point."""
-    scene = _base(kind).replace(_side(kind, index))
+    scene = side_scene(kind, index)
     where, finger = scene.pose(scene.path.stop), scene.finger
     along = np.array([np.cos(where.base_angle), np.sin(where.base_angle)])
     s = np.linspace(0.0, finger.length, scene.solver.intervals + 1)
@@ -66,16 +84,21 @@ def clamp_is_covered(kind: str, index: int) -> bool:
 
 
 def side_overlaps(kind: str, index: int) -> bool:
-    """Whether a node of the undeformed finger is inside the target at the path's end. Points on the
-    target (10b) do not see all of it, as they are known to."""
+    """Whether a node of the undeformed finger is inside the target at the path's end."""
     scene, nodes = _undeformed(kind, index)
-    coarse = scene.solver.contact == "points-on-target"
-    return not coarse and bool(inside(scene, nodes)[1:].any())
+    return bool(inside(scene, nodes)[1:].any())
 
 
 def inside(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """Whether points (n, 2), seen from the target's reference point, are inside the target (n,), by
-    more than PENETRATION of its size."""
+    """Whether points (n, 2) in m, seen from the target's reference point, are inside the target
+    (n,), by more than PENETRATION."""
+    return np.asarray(level(scene, points) < -PENETRATION)
+
+
+def level(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """A function (n,) of points (n, 2) in m, seen from the target's reference point: negative
+    inside the target, and as large as the distance in sizes of the target (of a half-plane: in
+    finger lengths)."""
     target = scene.target
     if target.shape == "polygon":
         corners = np.array(target.vertices)
@@ -83,10 +106,10 @@ def inside(scene: Scene, points: np.ndarray) -> np.ndarray:
         away = points[:, None] - corners
         depth = ahead[:, 0] * away[..., 1] - ahead[:, 1] * away[..., 0]
         depth /= np.hypot(*ahead.T) * np.hypot(*ahead.T).max()
-        return np.asarray((depth > PENETRATION).all(axis=1))
+        return np.asarray(-depth.min(axis=1))
     cos, sin = np.cos(target.tilt), np.sin(target.tilt)
     u, v = points @ [cos, sin], points @ [-sin, cos]
     if target.shape == "half-plane":
-        return np.asarray(v < -PENETRATION * scene.finger.length)
+        return np.asarray(v / scene.finger.length)
     a, b = (target.radius, target.radius) if target.shape == "circle" else target.semi_axes
-    return np.asarray((u / a) ** 2 + (v / b) ** 2 < 1.0 - PENETRATION)
+    return np.asarray(np.hypot(u / a, v / b) - 1.0)

@@ -18,18 +18,18 @@ INTERVALS = (4, 7, 16, 45, 90, 180, 360, 2000, 10_000)
 FLOOR = 1e-16
 
 
-def draw_jaws(table: pd.DataFrame) -> None:
+def draw_jaws(table: pd.DataFrame, judged: pd.DataFrame) -> None:
     """Share without an answer, true error, and its estimate over it, over order, taper and turn."""
     figure = empty_figure(10.5, 7.0)
     axes = figure.subplots(2, 3)
-    table = table.assign(
-        failed=~table["status"].isin(["converged", "no_contact"]),
-        turn=np.degrees(table["tip_angle_rad"].abs()),
-        order=table["solver.order"].astype(str),
+    table = table.assign(failed=table["cause"] != "", order=table["solver.order"].astype(str))
+    shot = judged[judged["found"] & (judged["rounding"] < 1e-6)]
+    shot = shot.assign(
+        log_error=np.log10(np.maximum(shot["error"], FLOOR)),
+        effect=shot["error_estimate"] / np.maximum(shot["error"], FLOOR),
+        turn=np.degrees(shot["tip_angle_rad"].abs()),
+        order=shot["solver.order"].astype(str),
     )
-    shot = table[table["found"].eq(True) & (table["rounding"] < 1e-6)]
-    effect = shot["error_estimate"] / np.maximum(shot["error"], FLOOR)
-    shot = shot.assign(log_error=np.log10(np.maximum(shot["error"], FLOOR)), effect=effect)
     taper = _edges("tip over clamp thickness", TAPERS, True)
     turn = _edges("turn of the tip / °", TURNS, False)
     smooth, rubs = table[table["friction.mu"] == 0.0], table[table["friction.mu"] > 0.0]
@@ -70,16 +70,14 @@ def draw_jaws(table: pd.DataFrame) -> None:
     save(figure, RESULTS / "atlas_jaws.png")
 
 
-def draw_sides(table: pd.DataFrame) -> None:
+def draw_sides(table: pd.DataFrame, judged: pd.DataFrame) -> None:
     """Share without an answer over N and taper, and the error against finer intervals."""
     figure = empty_figure(10.5, 3.6)
     axes = figure.subplots(1, 3)
-    table = table.assign(
-        failed=~table["status"].isin(["converged", "no_contact"]),
-        order=table["solver.intervals"].astype(int).astype(str),
-    )
-    known = table[table["found"].eq(True)]
+    table = table.assign(failed=table["cause"] != "", order=table["solver.intervals"].astype(str))
+    known = judged[judged["found"]]
     known = known.assign(
+        order=known["solver.intervals"].astype(str),
         log_error=np.log10(np.maximum(known["error"], FLOOR)),
         effect=known["error_estimate"] / np.maximum(known["error"], FLOOR),
     )
@@ -98,21 +96,26 @@ def draw_sides(table: pd.DataFrame) -> None:
 def draw_grid(table: pd.DataFrame) -> None:
     """True errors on the grids."""
     names = list(table["grid"].unique())
-    figure = empty_figure(10.5, 6.6)
-    axes = figure.subplots(2, 3).ravel()
+    figure = empty_figure(13.0, 6.6)
+    axes = figure.subplots(2, 4).ravel()
     for ax, name in zip(axes, names, strict=False):
         part = table[table["grid"] == name]
         error = np.log10(np.maximum(part["error"].where(part["status"] == "converged"), FLOOR))
         cells = part.assign(z=error).pivot_table(index="y", columns="x", values="z", dropna=False)
         shown = ax.imshow(cells, origin="lower", aspect="auto", vmin=-14, vmax=0, cmap="viridis")
-        short = [f"{one:.0e}" if not 0.01 <= one <= 1e4 else f"{one:g}" for one in cells.columns]
-        ax.set_xticks(range(len(short)), short, rotation=90, fontsize=7)
-        ax.set_yticks(range(len(cells.index)), [f"{one:.1g}" for one in cells.index], fontsize=7)
+        across, up = ([_short(one) for one in ticks] for ticks in (cells.columns, cells.index))
+        ax.set_xticks(range(len(across)), across, rotation=90, fontsize=7)
+        ax.set_yticks(range(len(up)), up, fontsize=7)
         ax.set_title(name, fontsize=8)
         figure.colorbar(shown, ax=ax, label="log10 error")
     for ax in axes[len(names) :]:
         ax.axis("off")
     save(figure, RESULTS / "atlas_grid.png")
+
+
+def _short(value: float) -> str:
+    """A number that fits a tick."""
+    return f"{value:.3g}" if 0.01 <= value <= 1e4 else f"{value:.0e}"
 
 
 def heat(

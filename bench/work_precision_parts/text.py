@@ -10,6 +10,7 @@ from work_precision_parts.front import rtol_excess, time_to
 from work_precision_parts.pictures import panels
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+SURFACE = "rubber-ellipse"
 WORDS = {
     "fastncm": "fastncm",
     "formula": "closed-form formula",
@@ -90,7 +91,9 @@ def failures(table: pd.DataFrame) -> str:
             "Wrong in silence: positions of fastncm with status `converged` whose true error "
             f"exceeds {ours.SILENT:g} times the error estimate. The estimate knows nothing of the "
             "points of (10a) and (10b).",
-            markdown_table(["", "", "series", "positions", "largest error", "settings"], silent),
+            markdown_table(["", "", "series", "positions", "largest error", "settings"], silent)
+            if silent
+            else "There are none.",
         ]
     )
 
@@ -108,8 +111,19 @@ def printed_energy(table: pd.DataFrame) -> str:
 
 
 def same_intervals(table: pd.DataFrame) -> str:
-    """Direct contact with the same discretisation: times of all over N."""
-    rows = of(table, "rubber-ellipse", 0.0)
+    """Direct contact with the same discretisation: times of all over N, without friction and
+    with."""
+    return "\n\n".join(
+        [
+            "Direct contact, all with the same N intervals, so with the same discretisation error "
+            "(µs a solve; `root` and `least_squares` are told which nodes touch):",
+            *(_over_intervals(table, mu) for scene, mu, _ in panels(table) if scene == SURFACE),
+        ]
+    )
+
+
+def _over_intervals(table: pd.DataFrame, mu: float) -> str:
+    rows = of(table, SURFACE, mu)
     rows = rows[rows["series"] == "intervals"]
     n = rows["setting"].str.extract(r"N = (\d+)")[0].astype(int)
     wide = rows.assign(N=n).pivot_table(index="N", columns="solver", values="us_alone", sort=False)
@@ -120,10 +134,7 @@ def same_intervals(table: pd.DataFrame) -> str:
          *("-" if math.isnan(us) else f"{us:.3g}" for us in wide.loc[at, names])]
         for at in sorted(wide.index)
     ]  # fmt: skip
-    return (
-        "Direct contact, all with the same N intervals, so with the same discretisation error "
-        "(rubber-ellipse, μ = 0; µs a solve):\n\n" + markdown_table(["N", "error", *names], lines)
-    )
+    return markdown_table([f"{SURFACE}, μ = {mu:g}: N", "error", *names], lines)
 
 
 def models_text(models: pd.DataFrame) -> str:

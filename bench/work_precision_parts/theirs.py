@@ -13,7 +13,9 @@ from support.rivals_paper import PaperRival
 from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 from support.rivals_surface import SurfaceRival
+from support.rivals_surface_root import SurfaceRoot
 
+import fastncm
 from fastncm.scene import Pose
 from work_precision_parts import closed_form
 from work_precision_parts.ours import BUDGET, best_time, row
@@ -47,6 +49,9 @@ SURFACE_LOOSER = {
     "IPOPT, reduced": (45, (1e-1, 1e-3, 1e-5)),
 }
 """N, and the tolerances at that N beside the one above."""
+SURFACE_ROOT_INTERVALS = (12, 24, 45, 90)
+SURFACE_ROOT_LOOSER = (1e-2, 1e-4, 1e-6)
+"""At N = 45, beside ROOT_TOL's 1e-10."""
 CONTINUUM_ERRORS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Of a step of the integration."""
 PRINTED_INTERVALS = (24, 45, 90)
@@ -129,9 +134,9 @@ def formula_row(problem: Problem) -> Row:
 
 
 def surface_rows(problem: Problem) -> Iterator[Row]:
-    """Every rival on rubber-ellipse: shooting on the continuum; and without friction optimisers,
-    the same discretisation for all but the paper's: its energy (5) is given to SLSQP as
-    printed."""
+    """Every rival on rubber-ellipse: shooting on the continuum; `root` and `least_squares`; and
+    without friction optimisers, the same discretisation for all but the paper's: its energy (5) is
+    given to SLSQP as printed."""
     start = surface_starts(problem.scene)[0]
     for local in CONTINUUM_ERRORS:
         run = partial(rivals_continuum.follow, problem.scene, continuum(problem.mu),
@@ -139,6 +144,11 @@ def surface_rows(problem: Problem) -> Iterator[Row]:
         frame, seconds = best_path(run)
         yield row(problem, "shooting", "", f"local error {local:g}", frame, problem.truth, seconds,
                   math.nan)  # fmt: skip
+    for method in ("root", "least_squares"):
+        for n in SURFACE_ROOT_INTERVALS:
+            yield root_row(problem, method, "intervals", n, ROOT_TOL[-2])
+        for tolerance in SURFACE_ROOT_LOOSER:
+            yield root_row(problem, method, "tolerance", 45, tolerance)
     if problem.mu > 0.0:
         return
     for solver, intervals in SURFACE_INTERVALS.items():
@@ -151,6 +161,16 @@ def surface_rows(problem: Problem) -> Iterator[Row]:
             yield surface_row(problem, solver, "tolerance", n, tolerance)
     for n in PRINTED_INTERVALS:
         yield surface_row(problem, "paper", "(5) as printed", n, 1e-8)
+
+
+def root_row(problem: Problem, method: str, series: str, n: int, tolerance: float) -> Row:
+    """`root` or `least_squares` along the path."""
+    scene = problem.scene.replace({"solver.intervals": n})
+    curve = fastncm.solve(scene, positions=problem.positions)
+    poses = [scene.pose(x) for x in problem.positions]
+    frame, seconds = best_path(lambda: SurfaceRoot(scene, method, tolerance).follow(poses, curve))
+    setting = f"N = {n}, tol {tolerance:g}"
+    return row(problem, method, series, setting, frame, problem.truth, seconds, math.nan)
 
 
 def surface_row(problem: Problem, solver: str, series: str, n: int, tolerance: float) -> Row:

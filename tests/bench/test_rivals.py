@@ -18,6 +18,7 @@ from support.rivals_paper import PaperRival
 from support.rivals_root import RootRival
 from support.rivals_scipy import SciPyRival
 from support.rivals_surface import SurfaceRival
+from support.rivals_surface_root import SurfaceRoot
 
 import fastncm
 
@@ -132,6 +133,30 @@ def test_direct_contact_is_discretised_alike(method: str) -> None:
     found = SurfaceRival(scene, method, 1e-10).follow(poses).iloc[-3:]
     assert found["success"].all()
     assert rivals.relative_errors(found, ours).max() < 1e-5
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("method", ["root", "least_squares"])
+@pytest.mark.compiled
+def test_sliding_in_direct_contact_as_equations(method: str, mu: float) -> None:
+    """The same forces as the package's, and a Jacobian by differences."""
+    changes = {"solver.intervals": 16, "friction.mu": mu}
+    scene = fastncm.load_scene("rubber-ellipse").replace(changes)
+    angles = np.radians([126.0, 124.0, 122.0])
+    curve, poses = fastncm.solve(scene, positions=angles), [scene.pose(x) for x in angles]
+    rival = SurfaceRoot(scene, method, 1e-10)
+    found = rival.follow(poses, curve)
+    ours = curve.frame()[["force_x_N", "force_y_N"]].to_numpy()
+    assert found["success"].all()
+    assert rivals.relative_errors(found, ours).max() < 1e-8
+    x, nodes = np.append(0.1 * np.cos(np.arange(32)), [1.0, 2.0]), np.array([3, 7])
+    steps = STEP * np.eye(len(x))
+    by_differences = [
+        (rival.residual(x + step, poses[0], nodes) - rival.residual(x - step, poses[0], nodes))
+        for step in steps
+    ]
+    slope = rival.jacobian(x, poses[0], nodes)
+    np.testing.assert_allclose(slope, np.transpose(by_differences) / (2 * STEP), atol=1e-7)
 
 
 @pytest.mark.compiled
