@@ -265,8 +265,9 @@ def _sharp_ends(axes: Array, interval: float) -> Array:
     curvature is below an `interval`; M = 0 where no ellipse has any.
 
     About both ends of the longer axis the outline's normal turns by the same angle from point to
-    point, and on until the nodes beside the last ones touch. An ellipse without sharp ends has all
-    its points in its centre, where nothing touches.
+    point. A last one on each side is where the nodes touch again (`kernels.nodal`), so that no part
+    of the outline lies between. An ellipse without sharp ends has all its points in its centre,
+    where nothing touches.
     """
     long, short = np.maximum(*axes.T)[:, None], np.minimum(*axes.T)[:, None]
     # at the angle t between normal and long axis the radius is (long short)^2 / size^3 with
@@ -283,7 +284,8 @@ def _sharp_ends(axes: Array, interval: float) -> Array:
         away = np.linalg.norm(_outline(long, short, middle) - last, axis=-1)
         low = np.where(away < _BESIDE * interval, middle, low)
         high = np.where(away < _BESIDE * interval, high, middle)
-    end = _outline(long, short, high * np.linspace(-1.0, 1.0, AROUND // 2 + 1))
+    turned = np.hstack([-high, limit * np.linspace(-1.0, 1.0, AROUND // 2 - 1), high])
+    end = _outline(long, short, turned)
     points = np.concatenate([end, -end], axis=1)
     points = np.where((axes[:, 0] >= axes[:, 1])[:, None, None], points, points[..., ::-1])
     found: Array = np.where(sharp[:, :, None], points, 0.0)

@@ -85,7 +85,7 @@ def surface_curve_columns(
         "error_estimate": where(solved, rows.ESTIMATE),
         "contact_from_m": where(touching, rows.S_FROM, length),
         "contact_to_m": where(touching, rows.S_TO, length),
-        "advice": _advice(picked, number, length),
+        "advice": _advice(picked, number, lowered, chosen),
     }
     return {
         name: np.ascontiguousarray(columns[name]).ravel()
@@ -94,11 +94,12 @@ def surface_curve_columns(
     }
 
 
-def _advice(picked: Array, number: Array, length: Array) -> Array:
+def _advice(picked: Array, number: Array, lowered: LoweredSurface, chosen: Array) -> Array:
     """What to do about each row (C, P), with the figures that are at hand; mostly nothing."""
     advice: Array = _ADVICE[number]
+    length = lowered.scale.length[chosen]
     for case, place in zip(*np.nonzero(number == status.INFEASIBLE), strict=True):
-        overlap = picked[case, place, rows.OVERLAP] * length[case, 0]
+        overlap = picked[case, place, rows.OVERLAP] * length[case]
         if overlap > 0.0:
             advice[case, place] += f" The overlap is {overlap:.4g} m."
     estimate = np.where(number == status.CONVERGED, picked[:, :, rows.ESTIMATE], 0.0)
@@ -107,11 +108,20 @@ def _advice(picked: Array, number: Array, length: Array) -> Array:
             f"The contact force may be wrong by {estimate[case, place]:.0%}: the contact takes up "
             "few of the intervals; use a larger solver.intervals."
         )
+    unit = position_scale(lowered, chosen)
+    for case, place in zip(*np.nonzero(picked[:, :, rows.RELEASED] > 0.0), strict=True):
+        at, energy = picked[case, place, rows.SNAP], picked[case, place, rows.RELEASED]
+        energy *= lowered.scale.force[chosen[case]] * length[case]
+        advice[case, place] = (
+            f"The path passes a limit point at {at * unit[case]:.9g} "
+            f"{lowered.scene.position_unit}: the finger snaps from there and releases {energy:.4g} "
+            f"J. {advice[case, place]}"
+        ).strip()
     lost = (number == status.CONVERGED) & (picked[:, :, rows.LOST] > 0.0)
     advice[lost] += (
-        " The finger could not be followed to here, as where it snaps: the target was brought from "
-        "the side that touches, which may lead to another shape than the path does. Contacts are "
-        "taken to have slid for long; the error estimate covers any other friction."
+        " The finger could not be followed to here, as where it snaps: the shape is the one found "
+        "beyond, which may be another than the path leads to. Contacts are taken to have slid for "
+        "long; the error estimate covers any other friction."
     )
     return advice
 

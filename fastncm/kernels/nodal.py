@@ -199,13 +199,17 @@ def place_axis(problem, state, size):
 @inlined
 def _is_beside_point(problem, d, k, x, y, loaded):
     """Whether the closest point of the target to node `k`, at `x`, `y` in the target's frame, lies
-    within half an interval of a point of the target that touches the side by itself.
+    within half an interval of a point of the target that touches the side by itself; the last ones
+    of an ellipse's sharp ends are where nodes touch again.
 
     Whether the node is `loaded` moves the limit, so that a solve sees one.
     """
     share = 1.0 - _NEARER if loaded else _NEARER
     beside = share * problem.step[k - 1]
+    count = problem.points.shape[1] // 2 if problem.shape == ELLIPSE else 0
     for m in range(problem.points.shape[1]):
+        if count > 0 and (m % count == 0 or m % count == count - 1):
+            continue
         dx, dy = x - problem.points[d, m, 0], y - problem.points[d, m, 1]
         if dx * dx + dy * dy < beside * beside:
             return True

@@ -44,8 +44,10 @@ from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
     ESTIMATE,
     OVERLAP,
     LOST,
-) = range(25)
-COLUMNS = 25
+    SNAP,
+    RELEASED,
+) = range(27)
+COLUMNS = 27
 
 #: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
 SAFETY = 2.1

@@ -23,6 +23,9 @@ from fastncm.path.surface_way import (
     copy_state,
     has_jumped,
     is_free,
+    longest_free_move,
+    missing_energy,
+    note_snap,
     on_the_way,
     set_goal,
     stays_free,
@@ -36,9 +39,11 @@ from fastncm.sqp.surface_state import (
     mean_deflection,
 )
 
-#: Longest move of the target (finger lengths, radians) from one solve to the next, and the shortest
-#: part of a move that is tried before a position is given up.
-_LONGEST_MOVE, _SHORTEST_SHARE = 0.1, 1e-4
+#: Longest move of the target (finger lengths, radians) from one solve to the next, and the longest
+#: that is not divided any more: so well is the end of a branch located.
+_LONGEST_MOVE, _PLACE = 0.1, 5e-7
+#: Energy, over what is stored, that may be missing or too much after a move within a branch.
+_UNEXPLAINED = 0.05
 #: Iterations of the SQP before a move is divided.
 _ITERATIONS = 25
 #: Rounds in which contacts change between stick and slip.
@@ -113,29 +118,46 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
 
 
 @inner
-def _approach(problem, d, walk, mu, tolerance, trace):
+def _approach(problem, d, i, walk, mu, tolerance, trace):
     """Move the target from ``walk.place`` by ``walk.move``, in as many steps as it takes.
 
-    Returns ``(status, iterations)``; on success ``walk.place`` is the goal.
+    A step that seems to lead to another branch is divided, as one that is not solved. Where it
+    leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
+    than the target brings. Returns ``(status, iterations)``; on success ``walk.place`` is the goal,
+    else it is where the branch ends.
     """
     work, move = walk.work, walk.move
     length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
     longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
+    free = walk.free_move[0] / length if length > 0.0 else 1.0
     share, total, left = longest, 0, 1.0
-    careful, jumped = True, False
     while True:
         share = min(share, left)
+        if walk.push[3] == 0.0:
+            share = min(share, free)
+        last_try = share * length <= _PLACE
         predict(walk.strides, walk.kept, move, share, work.state)
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
-        solved = result == status.CONVERGED
-        if solved and careful and 0.25 * share >= _SHORTEST_SHARE and has_jumped(problem, walk):
-            solved, jumped = False, True
+        solved, missing = result == status.CONVERGED, 0.0
+        if solved:
+            missing = missing_energy(problem, d, walk, share, mu)
+            most = _UNEXPLAINED * max(walk.push[4], walk.trial[4])
+            odd = walk.push[3] > 0.0 and abs(missing) > most
+            passed = walk.trial[3] == 0.0 and share > free
+            if last_try:
+                solved = not odd or missing > 0.0
+            else:
+                solved = not (odd or passed or has_jumped(problem, walk))
+            if solved and odd:
+                note_snap(problem, d, i, walk, walk.push[4] - walk.trial[4])
+                walk.lost[0] = AFRESH
         if solved:
             remember(walk.strides, walk.kept, move, share)
             copy_state(work.state, walk.kept)
-            walk.push[0], walk.push[1] = work.state.fx[1], work.state.fy[1]
+            for c in range(walk.push.shape[0]):
+                walk.push[c] = walk.trial[c]
             left -= share
             for c in range(3):
                 walk.last[c] = share * move[c]
@@ -146,11 +168,9 @@ def _approach(problem, d, walk, mu, tolerance, trace):
             continue
         copy_state(walk.kept, work.state)
         forget(walk.strides)
+        if last_try:
+            return status.MAX_ITERATIONS, total
         share *= 0.25
-        if share < _SHORTEST_SHARE:
-            if not jumped:
-                return result, total
-            share, careful, jumped = longest, False, False  # it does jump
 
 
 @inner
@@ -204,7 +224,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
         grip(state)
         copy_state(state, walk.kept)
     forget(walk.strides)
-    result, count = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
     return result, total + count
 
 
@@ -266,20 +286,43 @@ def _store_shape(problem, d, i, state, trace):
 
 
 @inner
-def _come_from_aside(problem, d, i, goal, walk, tolerance, trace):
-    """Solve position `i` with the target coming from beside the finger: how it came here along the
-    path is not known. Returns ``(status, iterations)``."""
+def _come_from_aside(problem, d, i, goal, base, walk, tolerance, trace):
+    """Solve with the target at `goal`, at position `i` or on the way there, coming from beside the
+    finger: how it came here along the path is not known. Returns ``(status, iterations)``."""
     straighten(walk)
-    walk.base[0] = problem.base[d, i]
+    walk.base[0] = base
     side = 1.0 if problem.left else -1.0
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
-    walk.lost[0] = AFRESH if i > 0 else FOLLOWED
-    result, iterations = _approach(problem, d, walk, 0.0, tolerance, trace)
+    at, released = walk.snap[0], walk.snap[1]
+    result, iterations = _approach(problem, d, i, walk, 0.0, tolerance, trace)
     if result == status.CONVERGED and problem.mu[d] > 0.0:
         result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
         iterations += count
+    walk.snap[0], walk.snap[1] = at, released  # what snaps on this way does not on the path
+    walk.lost[0] = AFRESH if i > 0 else FOLLOWED
     return result, iterations
+
+
+@inner
+def _snap(problem, d, i, goal, base, walk, tolerance, trace):
+    """Go on to position `i` from where the branch has ended, from the shape that the finger snaps
+    to there: the straight one, or that of a target coming from beside. Returns ``(status,
+    iterations)``."""
+    place, turned = (walk.place[0], walk.place[1], walk.place[2]), walk.base[0]
+    stored, total = walk.push[4], 0
+    if is_free(problem, d, place[0], place[1], place[2], walk):
+        straighten(walk)
+        walk.lost[0] = FOLLOWED
+    else:
+        result, total = _come_from_aside(problem, d, i, place, turned, walk, tolerance, trace)
+        if result != status.CONVERGED:
+            return result, total
+    arrive(walk, place, turned)
+    note_snap(problem, d, i, walk, stored - walk.push[4])
+    set_goal(problem, d, walk, goal, base)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+    return result, total + count
 
 
 @inner
@@ -298,13 +341,16 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
             return status.NO_CONTACT, 0
     if known != _LOST:
         set_goal(problem, d, walk, goal, base)
-        result, iterations = _approach(problem, d, walk, problem.mu[d], tolerance, trace)
+        result, iterations = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+        if result != status.CONVERGED:
+            result, count = _snap(problem, d, i, goal, base, walk, tolerance, trace)
+            iterations += count
     if result != status.CONVERGED and not is_free(problem, d, goal[0], goal[1], goal[2], walk):
-        result, count = _come_from_aside(problem, d, i, goal, walk, tolerance, trace)
+        result, count = _come_from_aside(problem, d, i, goal, base, walk, tolerance, trace)
         iterations += count
         arrive(walk, goal, base)
         return result, iterations
-    if result != status.CONVERGED or (walk.push[0] == 0.0 and walk.push[1] == 0.0):
+    if result != status.CONVERGED or walk.push[3] == 0.0:
         straighten(walk)
         walk.clear[0] = 0.0
         result = status.NO_CONTACT
@@ -322,7 +368,7 @@ def _trace(problem, walk, tolerance, trace):
             walk.straight.seen[k], work.state.seen[k] = -np.inf, -np.inf
         place_axis(problem, walk.straight, intervals)
         straighten(walk)
-        walk.lost[0] = FOLLOWED
+        walk.lost[0], walk.free_move[0] = FOLLOWED, longest_free_move(problem, d)
         known = _LOST
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
@@ -333,11 +379,13 @@ def _trace(problem, walk, tolerance, trace):
                 straighten(walk)
                 known = _LOST
                 continue
+            walk.snap[1] = 0.0
             result, iterations = _solve_position(problem, d, i, known, walk, tolerance, trace)
             if result == status.CONVERGED:
                 known = _TOUCHING
                 row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
                 row[rows.ITERATIONS] = iterations
+                row[rows.SNAP], row[rows.RELEASED] = walk.snap[0], walk.snap[1]
                 rows.measure(problem, d, i, goal[0], goal[1], work, row)
                 if walk.lost[0] != FOLLOWED:
                     row[rows.LOST] = 1.0
@@ -353,6 +401,7 @@ def _trace(problem, walk, tolerance, trace):
             overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations
+            row[rows.SNAP], row[rows.RELEASED] = walk.snap[0], walk.snap[1]
     trace.passes[0] += work.passes[0]
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.distance import ELLIPSE, HALF_PLANE
 from fastncm.kernels.nodal import (
     Nodal,
     NodalProblem,
@@ -17,13 +18,21 @@ from fastncm.kernels.nodal import (
     place_surface,
 )
 from fastncm.path.surface_predict import Strides, forget, make_strides
-from fastncm.sqp.surface_state import ROUNDING, SurfaceWork, make_surface_work
+from fastncm.sqp.surface_state import (
+    ROUNDING,
+    SurfaceWork,
+    make_surface_work,
+    strain_energy,
+)
 
 #: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
 #: not trusted to have stayed on its branch while shorter moves can be tried.
 _LARGEST_TURN, _SAME_WAY = 0.8, 0.5
 #: A straight finger nearer to the target than this (finger lengths) is taken to touch on its way.
 _TOUCH = 1e-3
+#: Longest move, over half the target's least width, from which a finger without contact is taken
+#: to have none: in a longer one it may have passed through.
+_THROUGH = 0.5
 #: How a finger in contact came here: along the path, at this position from beside the finger, since
 #: the target was not to be reached along the path, or at an earlier one.
 FOLLOWED, AFRESH, EARLIER = range(3)
@@ -35,10 +44,13 @@ class Walk(NamedTuple):
     work: state and solver; straight: the finger without contact, deepest: (1,) its deepest point;
     kept: the last solved state, strides: those before. place: (3,) of the target there, base: (1,)
     direction of the finger's base; move: (3,) from there to the goal, by what the target itself
-    moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (2,)
-    the contact force in the last solved state; clear: (1,) how far the target is from the straight
-    finger, at least, where there is none. last: (3,) the part of the move before; lost: (1,)
-    whether the finger in contact was FOLLOWED from where there was none, or approached AFRESH.
+    moves and by what it turns in the base's frame, while the base turns by turn: (1,). push: (5,)
+    of the last solved state: contact force, its moment about the clamp, sum of the normal forces,
+    strain energy; trial: (5,) that of the one after it; clear: (1,) how far the target is from the
+    straight finger, at least, where there is none. last: (3,) the part of the move before; lost:
+    (1,) whether the finger in contact was FOLLOWED from where there was none, or approached AFRESH.
+    free_move: (1,) the longest one that shows that there is no contact. snap: (2,) the first snap
+    on the way to the goal: the path's position there, and the energy released; 0 where none is.
     """
 
     work: SurfaceWork
@@ -51,9 +63,12 @@ class Walk(NamedTuple):
     move: np.ndarray
     turn: np.ndarray
     push: np.ndarray
+    trial: np.ndarray
     clear: np.ndarray
     last: np.ndarray
     lost: np.ndarray
+    free_move: np.ndarray
+    snap: np.ndarray
 
 
 def make_walk(problem: NodalProblem) -> Walk:
@@ -69,11 +84,37 @@ def make_walk(problem: NodalProblem) -> Walk:
         np.zeros(1),
         np.zeros(3),
         np.zeros(1),
-        np.zeros(2),
+        np.zeros(5),
+        np.zeros(5),
         np.zeros(1),
         np.zeros(3),
         np.zeros(1, np.int64),
+        np.zeros(1),
+        np.zeros(2),
     )
+
+
+@inner
+def longest_free_move(problem, d):
+    """The longest move of the target `d` that cannot take it through a finger unseen."""
+    if problem.shape == HALF_PLANE:
+        return np.inf
+    if problem.shape == ELLIPSE:
+        return _THROUGH * min(problem.vertices[d, 0, 0], problem.vertices[d, 0, 1])
+    narrow, count = np.inf, problem.vertices.shape[1]
+    for i in range(count):
+        x, y = problem.vertices[d, i, 0], problem.vertices[d, i, 1]
+        ex, ey = (
+            problem.vertices[d, (i + 1) % count, 0] - x,
+            problem.vertices[d, (i + 1) % count, 1] - y,
+        )
+        wide = 0.0
+        for k in range(count):
+            wide = max(
+                wide, ex * (problem.vertices[d, k, 1] - y) - ey * (problem.vertices[d, k, 0] - x)
+            )
+        narrow = min(narrow, wide / np.sqrt(ex * ex + ey * ey))
+    return _THROUGH * 0.5 * narrow
 
 
 @inlined
@@ -100,7 +141,8 @@ def straighten(walk):
     for state in (walk.work.state, walk.kept):
         copy_state(walk.straight, state)
     walk.work.size[0] = walk.straight.psi.shape[0] - 1
-    walk.push[0], walk.push[1] = 0.0, 0.0
+    for c in range(walk.push.shape[0]):
+        walk.push[c] = 0.0
     forget(walk.strides)
 
 
@@ -132,7 +174,10 @@ def stays_free(problem, d, walk):
     "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
     comes to the end without.
     """
-    reach = problem.arm[d] + 1.0 + abs(problem.offset[d, 0])
+    reach = 0.0
+    for k in range(problem.offset.shape[1]):
+        reach = max(reach, abs(problem.offset[d, k]))
+    reach += problem.arm[d] + 1.0
     speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
     speed += abs(walk.turn[0]) * reach
     left = 1.0 if speed > 0.0 else 0.0
@@ -220,3 +265,48 @@ def has_jumped(problem, walk):
         return fy > 0.0 if problem.left else fy < 0.0
     size = np.sqrt((fx * fx + fy * fy) * (push[0] * push[0] + push[1] * push[1]))
     return fx * push[0] + fy * push[1] < _SAME_WAY * size
+
+
+@inlined
+def _power(push, x, y, motion):
+    """Work of the target at `x`, `y` against the contact force and moment `push` in the `motion`
+    (3,)."""
+    moment = push[2] - (x * push[1] - y * push[0])
+    return push[0] * motion[0] + push[1] * motion[1] + moment * motion[2]
+
+
+@inner
+def missing_energy(problem, d, walk, share, mu):
+    """What was stored and the target's work in `share` of the move (by the trapezoidal rule), less
+    what friction has taken and what is stored in the solved state, whose ``walk.trial`` is written.
+    """
+    state, size, push = walk.work.state, walk.work.size[0], walk.trial
+    half = 0.5 * problem.step[0]
+    push[0], push[1] = state.fx[1], state.fy[1]
+    push[2] = state.moment[1] + half * (state.cos[1] * push[1] - state.sin[1] * push[0])
+    push[3], slid = 0.0, 0.0
+    for k in range(state.force.shape[0]):
+        push[3] += state.force[k]
+        if not state.stuck[k]:
+            slid += state.force[k] * abs(state.pace[k])
+    push[4] = strain_energy(problem, d, state, size)
+    x, y, angle = on_the_way(problem, d, walk, share)
+    x0, y0, angle0 = walk.place[0], walk.place[1], walk.place[2]
+    motion = (x - x0, y - y0, angle - angle0)
+    work = 0.5 * (_power(walk.push, x0, y0, motion) + _power(push, x, y, motion))
+    taken = 0.0
+    if push[3] > 0.0:
+        length = np.sqrt(motion[0] ** 2 + motion[1] ** 2 + motion[2] ** 2)
+        taken = 0.5 * mu * (walk.push[3] + push[3]) * slid / push[3] * length
+    return walk.push[4] + work - taken - push[4]
+
+
+@inner
+def note_snap(problem, d, i, walk, released):
+    """On the way to position `i`, the finger snaps where the target is."""
+    if walk.snap[1] > 0.0 or released <= 0.0:
+        return
+    walk.snap[0], walk.snap[1] = walk.base[0], released
+    if problem.motion[d, i, 2] == 0.0:  # the base stands: a place in space
+        x, _ = _turned(problem.arm[d] + walk.place[0], walk.place[1], walk.base[0])
+        walk.snap[0] = x

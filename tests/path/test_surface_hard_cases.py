@@ -216,7 +216,8 @@ def test_energy_is_below_that_of_any_admissible_shape_around() -> None:
     suppress_health_check=[HealthCheck.too_slow],
 )
 def test_rows_of_any_scene(a, b, tilt, clamp, taper, shear, mu, intervals) -> None:
-    """What converged neither penetrates nor pulls, is in equilibrium, and says its residual."""
+    """What converged neither penetrates nor pulls, is in equilibrium, and says its residual. No
+    answer, and without friction, is only where the target is about to cover the clamp."""
     changes = {
         "target.semi_axes": [a, b],
         "target.tilt": tilt,
@@ -227,7 +228,10 @@ def test_rows_of_any_scene(a, b, tilt, clamp, taper, shear, mu, intervals) -> No
     solved = solved_surface(changes, np.radians([124.0, 120.0, 112.0, 104.0, 96.0]), mu)
     allowed = (status.CONVERGED, status.NO_CONTACT, status.INFEASIBLE)
     if mu == 0.0:
-        assert np.isin(solved.status, allowed).all()
+        unsolved = np.flatnonzero(~np.isin(solved.status, allowed))
+        answered = np.flatnonzero(solved.converged | (solved.status == status.INFEASIBLE))
+        for i in unsolved:
+            assert solved.status[answered[answered > i][0]] == status.INFEASIBLE
     problem = solved.problem
     for i in np.flatnonzero(solved.converged):
         assert solved.residual[i] < 1e-8

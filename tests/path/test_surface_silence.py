@@ -66,3 +66,41 @@ def test_a_finger_that_could_not_be_followed_says_so() -> None:
 def test_rows_along_a_common_path_are_followed() -> None:
     scene = fastncm.load_scene("rubber-ellipse").replace({"friction.mu": 0.3})
     assert not fastncm.solve(scene).frame()["advice"].str.contains(TOLD).any()
+
+
+def deepest_node(kind: str, index: int) -> float:
+    """How deep the straight finger's nodes lie in the target at the path's end, from the scene
+    alone: in finger lengths for a plane, else by the ellipse's equation."""
+    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.one(kind, index))
+    where, finger, target = scene.pose(scene.path.stop), scene.finger, scene.target
+    along = np.array([np.cos(where.base_angle), np.sin(where.base_angle)])
+    s = np.linspace(0.0, finger.length, scene.solver.intervals + 1)[1:]
+    half = 0.5 * np.interp(s, *np.transpose(finger.stations)) * (scene.model.surface == "side")
+    half *= 1.0 if finger.side == "right" else -1.0
+    side = (finger.offset + s)[:, None] * along + half[:, None] * [along[1], -along[0]]
+    seen = side - [where.target_x, where.target_y]
+    cos, sin = np.cos(target.tilt), np.sin(target.tilt)
+    u, v = seen @ [cos, sin], seen @ [-sin, cos]
+    if kind == "half-plane":
+        return float(-v.min() / finger.length)
+    a, b = target.semi_axes
+    return float((1.0 - (u / a) ** 2 - (v / b) ** 2).max())
+
+
+OVERLAPS = {
+    "ellipse": "680 2393 3206 3411 3609 9276 11393 13652 13734 14349 16551 19627 23037 24793",
+    "half-plane": "4695 22617",
+}
+"""Where a sharp end becomes a flank, and tips much thicker than the clamp that the base turns into
+a plane."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "index"),
+    [(kind, int(index)) for kind, some in OVERLAPS.items() for index in some.split()],
+)
+def test_a_target_in_the_straight_finger_touches_it(kind: str, index: int) -> None:
+    assert deepest_node(kind, index) > 1e-5
+    row = solved(kind, index).iloc[-1]
+    assert row["status"] == "converged"
+    assert row["normal_force_N"] > 0.0
