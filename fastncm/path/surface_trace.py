@@ -12,6 +12,7 @@ from fastncm.kernels.nodal import (
 )
 from fastncm.kernels.shared import share
 from fastncm.path import surface_rows as rows
+from fastncm.path.surface_failure import why_unsolved
 from fastncm.path.surface_predict import forget, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
 from fastncm.path.surface_way import (
@@ -44,8 +45,9 @@ from fastncm.sqp.surface_state import (
 _LONGEST_MOVE, _PLACE = 0.1, 5e-7
 #: Energy, over what is stored, that may be missing or too much after a move within a branch.
 _UNEXPLAINED = 0.05
-#: Iterations of the SQP before a move is divided.
-_ITERATIONS = 25
+#: Iterations of the SQP before a move is divided, and on the whole way to a position: of 3,682
+#: random rows that are solved, one takes as many.
+_ITERATIONS, _MOST = 25, 1000
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
 #: Slide (of the position) that settles which contacts slide and which stick.
@@ -124,7 +126,7 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
     A step that seems to lead to another branch is divided, as one that is not solved. Where it
     leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
     than the target brings. Returns ``(status, iterations)``; on success ``walk.place`` is the goal,
-    else it is where the branch ends.
+    else it is where the branch ends, or where `_MOST` iterations had led to.
     """
     work, move = walk.work, walk.move
     length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
@@ -165,11 +167,14 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
             if left <= 1e-12:
                 return result, total
             share = min(2.0 * share, longest)
-            continue
+            if total <= _MOST:
+                continue
         copy_state(walk.kept, work.state)
         forget(walk.strides)
-        if last_try:
+        if total > _MOST:
             return status.MAX_ITERATIONS, total
+        if last_try:
+            return status.BRANCH_ENDS, total
         share *= 0.25
 
 
@@ -369,7 +374,7 @@ def _trace(problem, walk, tolerance, trace):
         place_axis(problem, walk.straight, intervals)
         straighten(walk)
         walk.lost[0], walk.free_move[0] = FOLLOWED, longest_free_move(problem, d)
-        known = _LOST
+        known, solved = _LOST, -1
         for i in range(problem.positions.shape[1]):
             goal = problem.placement[d, i]
             row = trace.rows[d, i]
@@ -382,7 +387,7 @@ def _trace(problem, walk, tolerance, trace):
             walk.snap[1] = 0.0
             result, iterations = _solve_position(problem, d, i, known, walk, tolerance, trace)
             if result == status.CONVERGED:
-                known = _TOUCHING
+                known, solved = _TOUCHING, i
                 row[rows.POSITION], row[rows.STATUS] = problem.positions[d, i], result
                 row[rows.ITERATIONS] = iterations
                 row[rows.SNAP], row[rows.RELEASED] = walk.snap[0], walk.snap[1]
@@ -397,7 +402,9 @@ def _trace(problem, walk, tolerance, trace):
                 continue
             known = _FREE if result == status.NO_CONTACT else _LOST
             if known == _FREE:
-                walk.lost[0] = FOLLOWED
+                walk.lost[0], solved = FOLLOWED, i
+            else:
+                result = why_unsolved(problem, d, i, solved, result, walk, trace.rows)
             overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations

@@ -2,7 +2,7 @@
 
 CONVERGED, NO_CONTACT, MAX_ITERATIONS, INFEASIBLE, NO_EQUILIBRIUM, NUMERICAL_ERROR = range(6)
 #: More reasons, each with the word of its kind.
-SPREAD_CONTACT = 6
+SPREAD_CONTACT, THROUGH_CLAMP, TOO_COARSE, BRANCH_ENDS = 6, 7, 8, 9
 
 #: Word for each status number, as it stands in the tables.
 WORDS = (
@@ -12,6 +12,9 @@ WORDS = (
     "infeasible",
     "no_equilibrium",
     "numerical_error",
+    "no_equilibrium",
+    "infeasible",
+    "max_iterations",
     "no_equilibrium",
 )
 
@@ -29,6 +32,13 @@ ADVICE = (
     "lengths or stiffnesses in the scene.",
     "The paper's friction rule (14)-(17) has one moment equation and needs a single contact point; "
     "here several points touch: use friction.model = 'equilibrium'.",
+    "The target's way here leads through the finger's clamp, from where no finger gets out of its "
+    "way: check target and path.",
+    "The nodes are too far apart for the contact, which is next to the clamp or sharper than an "
+    "interval: use a larger solver.intervals.",
+    "No equilibrium is found on the way here: the target was moved on in ever smaller steps, and "
+    "beyond some place none had any. The finger slips off, snaps to where its other side touches, "
+    "or, with friction, locks; if solver.intervals is small, try a larger one.",
 )
 
 
