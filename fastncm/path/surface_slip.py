@@ -50,6 +50,22 @@ def choose_senses(state, motion, x, y, afresh):
 
 
 @inner
+def hold_new(state, motion, x, y, near):
+    """Points without force that are as `near` to the target, at `x`, `y`, as they may come to touch
+    it in its `motion` will stick to where they are.
+
+    Next to the clamp, where the finger hardly gives way, a contact may stick from the beginning,
+    and could not slide in either sense. Where in the motion it begins is in doubt.
+    """
+    for k in range(1, state.force.shape[0]):
+        if state.force[k] == 0.0 and state.gap[k] <= near:
+            vx, vy = velocity(motion, x, y, state.px[k], state.py[k])
+            state.stuck[k], state.shear[k], state.pace[k] = True, 0.0, 0.0
+            state.anchor_x[k], state.anchor_y[k] = state.seen_x[k], state.seen_y[k]
+            state.doubt[k] = abs(vy * state.nx[k] - vx * state.ny[k])
+
+
+@inner
 def grip(state):
     """All contacts hold the target's points where they are, so far by no force."""
     for k in range(state.force.shape[0]):

@@ -14,7 +14,7 @@ from fastncm.kernels.shared import share
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_failure import why_unsolved
 from fastncm.path.surface_predict import forget, predict, remember
-from fastncm.path.surface_slip import choose_senses, finish_friction, grip, regrip
+from fastncm.path.surface_slip import choose_senses, finish_friction, grip, hold_new, regrip
 from fastncm.path.surface_way import (
     AFRESH,
     EARLIER,
@@ -35,10 +35,7 @@ from fastncm.path.surface_way import (
 )
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
-from fastncm.sqp.surface_state import (
-    ROUNDING,
-    mean_deflection,
-)
+from fastncm.sqp.surface_state import NEAR, ROUNDING, evaluate, mean_deflection
 
 #: Longest move of the target (finger lengths, radians) from one solve to the next, and the longest
 #: that is not divided any more: so well is the end of a branch located.
@@ -50,6 +47,8 @@ _UNEXPLAINED = 0.05
 _ITERATIONS, _MOST = 25, 1000
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
+#: Longest move at whose beginning contacts are tried that stick from the first.
+_STICKS = 1e-4
 #: Slide (of the position) that settles which contacts slide and which stick.
 _SLIDE = 1e-3
 #: Smallest part of the friction by which it grows, where a finger was solved without.
@@ -103,6 +102,13 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
     if mu > 0.0:
         choose_senses(state, motion, x, y, False)
     result, total, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+    moved = motion[0] * motion[0] + motion[1] * motion[1] + motion[2] * motion[2]
+    if mu > 0.0 and result != status.CONVERGED and moved < _STICKS * _STICKS:
+        copy_state(walk.kept, state)
+        evaluate(problem, d, walk.place[0], walk.place[1], walk.place[2], work)
+        hold_new(state, motion, walk.place[0], walk.place[1], NEAR)
+        result, count, _ = solve_surface(problem, d, x, y, angle, work, tolerance, _ITERATIONS)
+        total += count
     if mu == 0.0 or result != status.CONVERGED:
         return result, total
     last = walk.last

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from surfaces import RUBBER, check_equilibrium, solved_surface
 
+import fastncm
 from fastncm.kernels.nodal import make_nodal
 from fastncm.sqp import status
 
@@ -87,6 +88,36 @@ def test_the_first_node_alone() -> None:
     assert solved.s_from[0] == pytest.approx(1 / 40)
     check_equilibrium(solved, 0)
     assert np.ptp(solved.finger(0)["psi"][1:]) < 1e-13
+
+
+@pytest.mark.parametrize("node", [12, 16])
+def test_friction_next_to_the_clamp_of_a_thick_finger_without_shear(node: int) -> None:
+    """The contact sticks from the first: sliding, friction's couple would undo the deflection. The
+    cantilever's surface point answers by ``s^3 / 3``, ``h s^2 / 2`` and ``h^2 s`` over E I along
+    the normal and along the side, half a thickness h from the axis."""
+    half, at, depth = 0.015, LENGTH * node / 400, 1e-5
+    beside = {
+        "finger.thickness": 2.0 * half,
+        "model.shear": False,
+        "solver.intervals": 400,
+        "target.shape": "circle",
+        "target.radius": 0.01,
+        "path.kind": "translation",
+        "path.angle": 0.5 * math.pi,
+        "path.y": OFFSET + at,
+        "path.start": half + 0.01 + 1e-4,
+        "path.stop": half + 0.01 - depth,
+        "path.steps": 2,
+        "friction.mu": 0.3,
+    }
+    finger = RUBBER.finger
+    stiffness = finger.young * finger.width * (2.0 * half) ** 3 / 12.0
+    gives = np.array([[at**3 / 3, half * at**2 / 2], [half * at**2 / 2, half**2 * at]])
+    normal, along = stiffness * np.linalg.solve(gives, [depth, 0.0])
+    row = fastncm.solve(RUBBER.replace(beside)).frame().iloc[-1]
+    assert (row["status"], row["contacts"], row["sticking"]) == ("converged", 1, 1)
+    assert row["normal_force_N"] == pytest.approx(normal, rel=0.01)
+    assert row["friction_force_N"] == pytest.approx(abs(along), rel=0.01)
 
 
 def test_tip_alone() -> None:
