@@ -45,6 +45,30 @@ def test_passes_do_not_grow_with_the_number_of_intervals() -> None:
     assert passes[-1] < 2.0 * passes[0]
 
 
+OCTAGON = np.pi * (np.arange(8) + 0.5) / 4.0
+FORMS = {
+    "octagon": {
+        "target.shape": "polygon",
+        "target.vertices": [[0.09906 * np.cos(a), 0.06731 * np.sin(a)] for a in OCTAGON],
+    },
+    "points on target": {"solver.contact": "points-on-target"},
+    "as printed": {"model.section": "psi+gamma"},
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_iterations_of_other_forms_do_not_grow_either(form: str) -> None:
+    """Along a path in small steps: at corners and at the target's points, too, whose force turns
+    with the shear beside them."""
+    angles = np.radians(np.linspace(120.0, 84.0, 37))
+    for count in (45, 180, 720):
+        points = {"solver.points": 4 * count} if form == "points on target" else {}
+        solved = solved_surface({"solver.intervals": count} | points | FORMS[form], angles)
+        assert solved.converged.all()
+        assert np.median(solved.iterations[1:]) <= 4.0
+        assert np.mean(solved.iterations[1:]) < 6.0
+
+
 def test_iterations_do_not_grow_with_the_number_of_intervals() -> None:
     """Along a path in small steps, each from the last."""
     angles = np.radians(np.linspace(120.0, 84.0, 37))
