@@ -30,6 +30,8 @@ _MOST_MOVES = 400
 _BEYOND = (1.0, 1e2, 1e4)
 #: From where: the last shape (True), or evenly bent fingers, by the turn of their tip (rad).
 _STARTS = ((True, 0.0), (False, 0.0), (False, -1.0), (False, 1.0), (False, -3.0), (False, 3.0))
+#: How far a snap may turn the tip (rad): beyond, the finger winds around itself.
+_LONGEST_TURN = 2.0 * np.pi
 #: How much more energy (of its share by the way there) a snap releases than a smooth way does.
 _FALL = 4.0
 #: Force over the size of the shape, which is one over how far the contact gives way to a unit force
@@ -152,6 +154,15 @@ def _energy(u):
 
 
 @inner
+def _turn(design, u):
+    """Angle of the tip's section, rad."""
+    total = 0.0
+    for k in range(u.shape[0]):
+        total += design.end[k] * u[k]
+    return total
+
+
+@inner
 def _snap(design, start, stop, shortest, spare, work, options):
     """The stable state to which the finger snaps from ``spare.u_start`` just beyond `start`, left
     in ``spare.u``; looked for from there, then from others (`_STARTS`). Returns ``(where, energy
@@ -171,7 +182,9 @@ def _snap(design, start, stop, shortest, spare, work, options):
             before = _energy(spare.u_start)
             fallen = before - _energy(spare.u)
             least = _FALL * _SHORTEST * reach * before
-            if result == status.CONVERGED and fallen > least and _is_stable(design, work):
+            turned = abs(_turn(design, spare.u) - _turn(design, spare.u_start))
+            found = result == status.CONVERGED and fallen > least and turned <= _LONGEST_TURN
+            if found and _is_stable(design, work):
                 return goal, fallen, total
     return start, 0.0, total
 

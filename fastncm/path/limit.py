@@ -63,8 +63,9 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     side = np.copysign(mu, beyond.side)
     limit = _last_states(trace, d, row, start, side)
     reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
-    known = trace.ends[d, END_POSITION]
-    reached = np.where(known != 0.0, known, reached)
+    told = trace.ends[d, END_POSITION] != 0.0
+    before = told & (trace.ends[d, END_ROW] < row)  # a snap that the path has gone over
+    reached = np.where(told & ~before, trace.ends[d, END_POSITION], reached)
     # the state that the finger snaps to, with the target back at the limit point
     back = some(beyond, np.arange(len(d)))
     back.t[:] = reached
@@ -73,7 +74,8 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     snaps = (friction >= mu) & back.good & (reached != start) & (released > 0.0)
     trace.ends[d, END_ROW] = row
     trace.ends[d, END_POSITION] = reached
-    slides = trace.ends[d, END_MU] == 0.0  # otherwise it locks from the start, and that is known
+    # if not, it locks from the start, and that is known
+    slides = (trace.ends[d, END_MU] == 0.0) | before
     if slides.any():
         likely = np.minimum(friction, mu)[slides]
         critical = _critical_friction(problem, options, d[slides], row[slides], likely)

@@ -241,6 +241,17 @@ def _note_snap(i, lanes, walk, lane, trace):
 
 
 @inner
+def _go_over(i, over, lanes, walk, trace):
+    """Take what is found just beyond the end of a branch in the lanes with friction whose designs
+    may go `over` it, and say that the finger snaps there."""
+    for lane in range(LANES):
+        at_end = walk.falls[lane] and abs(lanes.t[lane] - walk.t[lane]) <= SHORTEST_MOVE
+        if at_end and lanes.mu[lane] > 0.0 and over[lanes.design[lane]]:
+            lanes.good[lane] = True
+            _note_snap(i, lanes, walk, lane, trace)
+
+
+@inner
 def _snap_back(problem, i, lanes, walk, tolerance, trace):
     """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
     from being free: there the finger has lost its hold and has snapped back behind the target.
@@ -281,11 +292,12 @@ def _snap_back(problem, i, lanes, walk, tolerance, trace):
 
 
 @inner
-def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
+def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
-    tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, whose rows and shapes are overwritten, the others zeros on entry.
+    tolerance: of the KKT residual; longest: move of the target from one solve to the next; over:
+    (D,) bool, whether a path with friction goes on behind a snap (`_go_over`); trace: `Trace`,
+    whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
     status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
@@ -313,6 +325,8 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
                 if lanes.rubs[0]:
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
                 doubt_leaps(lanes, walk)
+                if lanes.rubs[0]:
+                    _go_over(i, over, lanes, walk, trace)
                 _snap_back(problem, i, lanes, walk, tolerance, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:

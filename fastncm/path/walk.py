@@ -23,7 +23,8 @@ _LEAP, _NOTHING = 0.1, 1e-20
 #:
 #: Of the way to the next position: touching: (LANES,) bool, whether there is contact at it; going:
 #: bool, whether the target is still on its way; room: the longest next move; blocked: the sense in
-#: which nothing was found (`path.careful`). busy: (LANES,) bool and w0, w1, r0, r1: (LANES,)
+#: which nothing was found (`path.careful`); falls: bool, whether a move was doubted for the energy
+#: that it loses (`doubt_leaps`). busy: (LANES,) bool and w0, w1, r0, r1: (LANES,)
 #: workspace.
 WALK = Layout(
     "Walk",
@@ -52,6 +53,7 @@ WALK = Layout(
         "touching": (FLAG, (LANES,)),
         "room": (NUMBER, (LANES,)),
         "blocked": (NUMBER, (LANES,)),
+        "falls": (FLAG, (LANES,)),
         "busy": (FLAG, (LANES,)),
         "w0": (NUMBER, (LANES,)),
         "w1": (NUMBER, (LANES,)),
@@ -123,6 +125,7 @@ def doubt_leaps(lanes, walk):
             gained[lane] += rubbed if lanes.mu[lane] > 0.0 else 0.0
     for lane in range(LANES):
         least = max(0.5 * _LEAP * max(before[lane], now[lane]), _NOTHING)
+        walk.falls[lane] = lanes.active[lane] and lanes.good[lane] and gained[lane] < -least
         explained = abs(gained[lane]) <= least or not lanes.active[lane]
         lanes.good[lane] = lanes.good[lane] and explained
 
