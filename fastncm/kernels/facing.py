@@ -48,6 +48,14 @@ def foremost_corner(jaw, d, t, py, x, y, cos, sin):
 
 
 @inlined
+def below_corners(jaw, d, py, y, cos, sin):
+    """By how much the block's underside is above the jaw's higher corner."""
+    ay = y + sin * jaw[d, c.AX] + cos * jaw[d, c.AY]
+    by = y + sin * jaw[d, c.BX] + cos * jaw[d, c.BY]
+    return py - max(ay, by)
+
+
+@inlined
 def arc_faces(jaw, d, nx, ny, cos, sin):
     """True where the point of the convex arc with the outward normal `(nx, ny)` in space is on
     it."""
