@@ -88,17 +88,17 @@ def approach(design, mu, start, stop, spare, work, rubbing, options):
         left = stop - t
         whole = abs(left) <= abs(room)
         goal = stop if whole else t + room
+        least = shortest if abs(room) <= shortest else 0.0
         if design.form == c.CLOSEST:
-            least = shortest if abs(room) <= shortest else 0.0
             result, iterations, followed = _slide(
                 design, mu, t, goal, least, spare, work, rubbing, options
             )
         else:
-            result, iterations, followed = _move(design, t, goal, spare, work, options)
+            result, iterations, followed = _move(design, t, goal, 0.0, spare, work, options)
         total += iterations
         if not followed and abs(room) <= shortest and mu == 0.0:
             if design.form == c.CLOSEST:
-                _, iterations, followed = _move(design, t, goal, spare, work, options)
+                _, iterations, followed = _move(design, t, goal, least, spare, work, options)
                 total += iterations
             if not followed:
                 goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
@@ -190,9 +190,9 @@ def _snap(design, start, stop, shortest, spare, work, options):
 
 
 @inner
-def _move(design, start, goal, spare, work, options):
+def _move(design, start, goal, least, spare, work, options):
     """Solve at `goal` from ``spare.u_start`` at `start`. Returns ``(status, iterations, whether the
-    solution is stable and was followed)``."""
+    solution is stable and was followed)``; a change below `least` is."""
     _copy(spare.u_start, spare.u)
     work.multipliers[:] = 0.0
     result, count, total, _ = solve(design, goal, spare.u, 0, work, options)
@@ -202,7 +202,8 @@ def _move(design, start, goal, spare, work, options):
     for k in range(spare.u.shape[0]):
         size = max(size, abs(spare.u_start[k]))
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
-    if change <= _SMALL * size and design.form != c.CLOSEST or change <= _TINY * size:
+    small = _SMALL if design.form != c.CLOSEST else _TINY
+    if change <= max(small * size, least):
         return result, total, True
     _copy(spare.u_start, spare.u_middle)
     work.multipliers[:] = 0.0

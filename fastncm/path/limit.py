@@ -15,17 +15,10 @@ from fastncm.kernels.problem import Problem, mode_count, select
 from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.run import solve_states, trace_lanes
+from fastncm.path.snap import END_ENERGY, END_MU, END_POSITION, END_ROW
 from fastncm.path.states import States, make_states, some
 from fastncm.path.touch import locate_touches
-from fastncm.path.trace import (
-    END_ENERGY,
-    END_MU,
-    END_POSITION,
-    END_ROW,
-    LONGEST_MOVE,
-    Trace,
-    make_trace,
-)
+from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 

@@ -7,19 +7,17 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
-from fastncm.path.slip import slip
+from fastncm.path.snap import END_MU, ENDS, SHORTEST_MOVE, go_over, snap_back
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
 from fastncm.path.walk import doubt_leaps, forget, predict, remember
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
-#: divided. One that fails is tried again with a quarter of it, down to the shortest; one that does
-#: not is followed by a longer one. Moves that are tried for one position, at most.
+#: divided. One that fails is tried again with a quarter of it, down to the shortest (`path.snap`);
+#: one that does not is followed by a longer one. Moves that are tried for one position, at most.
 LONGEST_MOVE = 0.05
-SHORTEST_MOVE = 1e-6
 _SHORTER, _LONGER = 0.25, 2.0
 _MOST_MOVES = 10_000
 #: Distance (finger lengths) up to which two places are one.
@@ -32,13 +30,6 @@ EVENTS = 8
 
 #: Contacts that are kept of a row: more than three hold the tip's pose fast more than once.
 MOST_CONTACTS = 4
-
-#: What is said of the end of a branch of equilibria with friction: the row that failed first,
-#: beyond it; the target's position at the end; the friction up to which the finger slides at that
-#: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
-#: zero where no branch ends.
-END_ROW, END_POSITION, END_MU, END_ENERGY = range(4)
-ENDS = 4
 
 
 class Trace(NamedTuple):
@@ -229,74 +220,11 @@ def store(i, lanes, measured, trace):
 
 
 @inner
-def _note_snap(i, lanes, walk, lane, trace):
-    """Say that the finger snaps on the way to position `i`, where, and what that releases."""
-    end = trace.ends[lanes.design[lane]]
-    released = 0.0
-    for k in range(lanes.u.shape[0]):
-        released += 0.5 * (walk.u[k, lane] ** 2 - lanes.u[k, lane] ** 2)
-    if end[END_POSITION] == 0.0 and released > 0.0:
-        end[END_ROW], end[END_POSITION] = i, walk.t[lane]
-        end[END_MU], end[END_ENERGY] = np.nan, released
-
-
-@inner
-def _go_over(i, over, lanes, walk, trace):
-    """Take what is found just beyond the end of a branch in the lanes with friction whose designs
-    may go `over` it, and say that the finger snaps there."""
-    for lane in range(LANES):
-        at_end = walk.falls[lane] and abs(lanes.t[lane] - walk.t[lane]) <= SHORTEST_MOVE
-        if at_end and lanes.mu[lane] > 0.0 and over[lanes.design[lane]]:
-            lanes.good[lane] = True
-            _note_snap(i, lanes, walk, lane, trace)
-
-
-@inner
-def _snap_back(problem, i, lanes, walk, tolerance, trace):
-    """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
-    from being free: there the finger has lost its hold and has snapped back behind the target.
-
-    Only from where no move gets further, which is the place that ``trace.ends`` tells.
-    """
-    any_snaps = False
-    for lane in range(LANES):
-        walk.busy[lane] = lanes.active[lane]
-        lanes.active[lane] = lanes.active[lane] and not lanes.good[lane]
-        if not lanes.active[lane]:
-            continue
-        d, t = lanes.design[lane], lanes.t[lane]
-        lanes.active[lane] = abs(t - walk.t[lane]) <= SHORTEST_MOVE
-        if not lanes.active[lane]:
-            continue
-        gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
-        feature = gap[c.FEATURE]
-        far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
-        lanes.active[lane] = far
-        if far:
-            any_snaps = True
-            for k in range(lanes.u.shape[0]):
-                lanes.u[k, lane] = 0.0
-            dragged = (gap[c.GY] <= 0.0) == (t > walk.t[lane])
-            lanes.side[lane] = lanes.mu[lane] if dragged else -lanes.mu[lane]
-            lanes.sticks[lane] = False
-            lanes.force[lane], lanes.rub[lane] = 0.0, 0.0
-    if any_snaps:
-        newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
-        for lane in range(LANES):
-            if lanes.active[lane] and lanes.rubs[0]:
-                lanes.slipped[lane] = slip(problem, lanes, lane)
-            if lanes.active[lane] and lanes.good[lane]:
-                _note_snap(i, lanes, walk, lane, trace)
-    for lane in range(LANES):
-        lanes.active[lane] = walk.busy[lane]
-
-
-@inner
 def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; over:
-    (D,) bool, whether a path with friction goes on behind a snap (`_go_over`); trace: `Trace`,
+    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); trace: `Trace`,
     whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
@@ -326,8 +254,8 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
                 doubt_leaps(lanes, walk)
                 if lanes.rubs[0]:
-                    _go_over(i, over, lanes, walk, trace)
-                _snap_back(problem, i, lanes, walk, tolerance, trace)
+                    go_over(i, over, lanes, walk, trace)
+                snap_back(problem, i, lanes, walk, tolerance, NEWTON_STEPS, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)
