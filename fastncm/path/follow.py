@@ -25,6 +25,9 @@ from fastncm.sqp.solve import solve
 _SHORTEST, _ROUNDING = 1e-7, 1e-13
 _SHORTER, _LONGER = 0.25, 2.0
 _MOST_MOVES = 400
+#: By how much the shape may change within the shortest move, even or not, over its length: a kink
+#: looks like a jump, and an edge may be as steep as this.
+_STEEPEST = 30.0
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
@@ -88,7 +91,7 @@ def approach(design, mu, start, stop, spare, work, rubbing, options):
         left = stop - t
         whole = abs(left) <= abs(room)
         goal = stop if whole else t + room
-        least = shortest if abs(room) <= shortest else 0.0
+        least = _STEEPEST * shortest if abs(room) <= shortest else 0.0
         if design.form == c.CLOSEST:
             result, iterations, followed = _slide(
                 design, mu, t, goal, least, spare, work, rubbing, options

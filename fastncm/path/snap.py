@@ -42,11 +42,15 @@ def _note_snap(i, lanes, walk, lane, trace):
 
 @inner
 def go_over(i, over, lanes, walk, trace):
-    """Take what is found just beyond the end of a branch in the lanes with friction whose designs
-    may go `over` it, and say that the finger snaps there."""
+    """Take what is found beyond the end of a branch in the lanes with friction whose designs may go
+    `over` it (D,), and say that the finger snaps there.
+
+    It is found from the shortest move, or where that leads nowhere from the shortest that did.
+    """
     for lane in range(LANES):
-        at_end = walk.falls[lane] and abs(lanes.t[lane] - walk.t[lane]) <= SHORTEST_MOVE
-        if at_end and lanes.mu[lane] > 0.0 and over[lanes.design[lane]]:
+        if not walk.falls[lane] or lanes.mu[lane] == 0.0 or not over[lanes.design[lane]]:
+            continue
+        if walk.over[lane] or abs(lanes.t[lane] - walk.t[lane]) <= SHORTEST_MOVE:
             lanes.good[lane] = True
             _note_snap(i, lanes, walk, lane, trace)
 

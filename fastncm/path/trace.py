@@ -20,6 +20,8 @@ from fastncm.sqp import status
 LONGEST_MOVE = 0.05
 _SHORTER, _LONGER = 0.25, 2.0
 _MOST_MOVES = 10_000
+#: Just above 1: a way that is divided into moves of a length again gives that length.
+_SAME_MOVE = 1.0 + 1e-12
 #: Distance (finger lengths) up to which two places are one.
 _SAME_PLACE = 1e-9
 #: Newton steps in the lanes before a position is left over for the SQP.
@@ -161,18 +163,22 @@ def aim(problem, i, lanes, walk):
 
 
 @inner
-def _go_on(problem, i, longest, lanes, walk):
+def _go_on(problem, i, longest, over, lanes, walk):
     """Which lanes are still ``walk.going`` after a move to position `i`, and how long the next move
-    may be."""
+    may be: shorter and shorter ones, and the last one that fell, if their designs may go `over`
+    it."""
     for lane in range(LANES):
         if not lanes.active[lane]:
             continue
         if lanes.good[lane]:
             walk.going[lane] = lanes.t[lane] != problem.positions[lanes.design[lane], i]
             walk.room[lane] = min(_LONGER * walk.room[lane], longest)
-        elif walk.room[lane] > SHORTEST_MOVE:
+        elif walk.room[lane] > SHORTEST_MOVE and not walk.over[lane]:
             left = abs(problem.positions[lanes.design[lane], i] - walk.t[lane])
             walk.room[lane] = _SHORTER * min(walk.room[lane], left)
+            walk.lost[lane] = False
+        elif walk.fell[lane] > 0.0 and over[lanes.design[lane]] and not walk.over[lane]:
+            walk.room[lane], walk.over[lane] = _SAME_MOVE * walk.fell[lane], True
             walk.lost[lane] = False
         else:
             walk.going[lane] = False
@@ -262,7 +268,7 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-                _go_on(problem, i, longest, lanes, walk)
+                _go_on(problem, i, longest, over, lanes, walk)
             for lane in range(LANES):
                 lanes.active[lane] = walk.touching[lane]
                 if walk.touching[lane] and lanes.good[lane]:
