@@ -8,6 +8,7 @@ import pytest
 import shooting_many
 
 import fastncm
+from fastncm.cases import solve_chunk
 
 pytestmark = pytest.mark.compiled
 
@@ -72,6 +73,28 @@ def test_a_row_with_one_contact(kind: str, index: int) -> None:
     error = np.hypot(*(row[["force_x_N", "force_y_N"]].to_numpy(float) - truth))
     assert error <= (10.0 * row["error_estimate"] + rounding) * np.hypot(*truth)
     assert row["error_estimate"] < 1e-5
+
+
+def test_a_neighbour_changes_nothing() -> None:
+    """The lane beside a contact that sticks tried another assumption: the row had the friction
+    force of the position before, and a KKT residual of 0.65."""
+    kind = "circle-straight"
+    both = {name: column[[262, 694]] for name, column in extremes.jaw_block(kind, 0).items()}
+    same = ("solver.order", "solver.rtol", "path.steps", "model.shear")
+    both |= {name: both[name][[1, 1]] for name in same}  # so that they are solved side by side
+    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.row(both, 0))
+    curves = solve_chunk(scene, both, curves=True).curves
+    assert curves is not None
+    together = pd.DataFrame(curves)
+    for case in (0, 1):
+        alone = fastncm.solve(scene.replace(extremes.row(both, case))).frame()
+        beside = together[together["case"] == case].reset_index(drop=True)
+        assert (beside["status"] == alone["status"]).all()
+        solved = alone["status"] == "converged"
+        assert (beside.loc[solved, "kkt_residual"] < 1e-3).all()
+        for name in ("normal_force_N", "friction_force_N"):
+            expected = alone.loc[solved, name].to_numpy()
+            np.testing.assert_allclose(beside.loc[solved, name], expected, rtol=1e-6)
 
 
 def test_an_edge_that_comes_off_the_face() -> None:
