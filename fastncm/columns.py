@@ -15,7 +15,7 @@ from fastncm.path.friction import (
     NORMAL,
     turned_forces,
 )
-from fastncm.path.trace import END_POSITION
+from fastncm.path.snap import END_POSITION
 from fastncm.scene import Scene
 from fastncm.sqp import status
 

@@ -168,16 +168,24 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
         trace_carefully(problem, options, trace)
         seen = review(trace.rows, positions)
     else:
-        trace = _lanes_trace(memory, _room(problem, constraints))
-        trace_lanes(problem, options.tolerance, LONGEST_MOVE, trace)
+        trace, careful = _lanes_trace(memory, _room(problem, constraints)), can_be_careful(problem)
+        trace_lanes(problem, options.tolerance, LONGEST_MOVE, trace, ~careful)
         seen = review(trace.rows, positions)
-        designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & can_be_careful(problem))
+        designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & careful)
         if len(designs):
             announce(SQP)
             again = select(problem, designs)
             second = make_trace(*_room(again, constraints))
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
+            seen = review(trace.rows, positions)
+            rubs = problem.mu[designs] > 0.0
+            designs = designs[rubs & (seen.worst[designs] > status.NO_CONTACT)]
+        if len(designs):  # a branch that really ends, with friction
+            again = select(problem, designs)
+            second = make_trace(*_room(again, constraints))
+            trace_lanes(again, options.tolerance, LONGEST_MOVE, second, careful[designs])
+            _replace(trace, second, designs, gain=1)
             seen = review(trace.rows, positions)
     if mark_overlaps(problem, trace):
         seen = review(trace.rows, positions)
@@ -187,11 +195,11 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
     return trace, np.maximum(seen.truncation, events.truncation)
 
 
-def _replace(trace: Trace, second: Trace, designs: Array) -> None:
-    """Take over the second attempt at `designs` where it solves at least as many rows."""
+def _replace(trace: Trace, second: Trace, designs: Array, gain: int = 0) -> None:
+    """Take over the second attempt at `designs` where it solves at least `gain` more rows."""
     solved: Array = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
     before: Array = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT
-    better = solved.sum(axis=1) >= before.sum(axis=1)
+    better = solved.sum(axis=1) >= before.sum(axis=1) + gain
     for mine, new in zip(trace[:-1], second[:-1], strict=True):
         mine[designs[better]] = new[better]
     trace.solves[0] += second.solves[0]

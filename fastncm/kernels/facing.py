@@ -35,6 +35,27 @@ def corner_on_block(qx, qy, underside, face, t, py, x, y, cos, sin):
 
 
 @inlined
+def foremost_corner(jaw, d, t, py, x, y, cos, sin):
+    """The corner of the jaw that is deeper in the block, with the plane that keeps it out. (It need
+    not be the one nearest to the block's corner.)"""
+    ax, ay = jaw[d, c.AX], jaw[d, c.AY]
+    bx, by = jaw[d, c.BX], jaw[d, c.BY]
+    a_out = max(t - (x + cos * ax - sin * ay), py - (y + sin * ax + cos * ay))
+    b_out = max(t - (x + cos * bx - sin * by), py - (y + sin * bx + cos * by))
+    if a_out <= b_out:
+        return corner_on_block(ax, ay, c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin)
+    return corner_on_block(bx, by, c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin)
+
+
+@inlined
+def below_corners(jaw, d, py, y, cos, sin):
+    """By how much the block's underside is above the jaw's higher corner."""
+    ay = y + sin * jaw[d, c.AX] + cos * jaw[d, c.AY]
+    by = y + sin * jaw[d, c.BX] + cos * jaw[d, c.BY]
+    return py - max(ay, by)
+
+
+@inlined
 def arc_faces(jaw, d, nx, ny, cos, sin):
     """True where the point of the convex arc with the outward normal `(nx, ny)` in space is on
     it."""

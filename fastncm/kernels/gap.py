@@ -25,10 +25,11 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inlined
 from fastncm.kernels.facing import (
     arc_faces,
+    below_corners,
     corner_feature,
-    corner_on_block,
     edge_feature,
     far_edge_feature,
+    foremost_corner,
     nearest_part,
     return_feature,
 )
@@ -180,15 +181,12 @@ def block_feature(jaw, target, d, t, x, y, cos, sin):
             if arc_faces(jaw, d, 0.0, 1.0, cos, sin):
                 return c.ARC_UNDERSIDE
         if y + sin * jaw[d, c.MX] + cos * jaw[d, c.MY] > py:
-            if arc_faces(jaw, d, 1.0, 0.0, cos, sin):
+            ahead = t - x - cos * jaw[d, c.MX] + sin * jaw[d, c.MY] - rho
+            if arc_faces(jaw, d, 1.0, 0.0, cos, sin) and ahead >= below_corners(
+                jaw, d, py, y, cos, sin
+            ):
                 return c.ARC_FACE
-    if part == c.ON_A:
-        return corner_on_block(
-            jaw[d, c.AX], jaw[d, c.AY], c.A_UNDERSIDE, c.A_FACE, t, py, x, y, cos, sin
-        )
-    return corner_on_block(
-        jaw[d, c.BX], jaw[d, c.BY], c.B_UNDERSIDE, c.B_FACE, t, py, x, y, cos, sin
-    )
+    return foremost_corner(jaw, d, t, py, x, y, cos, sin)
 
 
 @inlined

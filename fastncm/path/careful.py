@@ -27,11 +27,8 @@ from fastncm.path.resultant import (
     resultant,
     truncation,
 )
+from fastncm.path.snap import END_POSITION, END_ROW, note_end
 from fastncm.path.trace import (
-    END_ENERGY,
-    END_MU,
-    END_POSITION,
-    END_ROW,
     LONGEST_MOVE,
     Trace,
     aim,
@@ -156,10 +153,10 @@ def _note_end(problem, lanes, lane, i, reached, released, trace):
     end = trace.ends[lanes.design[lane]]
     if reached == lanes.t[lane] or end[END_POSITION] != 0.0:
         return
-    end[END_ROW], end[END_POSITION] = i, reached
-    if lanes.mu[lane] == 0.0:
-        end[END_MU] = np.nan
-        end[END_ENERGY] = released if released > 0.0 else np.nan
+    if lanes.mu[lane] > 0.0:
+        end[END_ROW], end[END_POSITION] = i, reached
+    else:
+        note_end(end, i, reached, released if released > 0.0 else np.nan)
 
 
 @inner

@@ -15,9 +15,10 @@ from fastncm.path import rows
 from fastncm.path.boundary import boundary
 from fastncm.path.review import BEGINS, CHANGES, ENDS, Review
 from fastncm.path.run import solve_states
+from fastncm.path.snap import END_ENERGY, END_MU, END_POSITION, END_ROW
 from fastncm.path.states import States, make_states, some
 from fastncm.path.touch import locate_touches
-from fastncm.path.trace import END_ENERGY, END_MU, END_POSITION, END_ROW, Trace
+from fastncm.path.trace import Trace
 from fastncm.sqp import status
 
 Array = np.ndarray

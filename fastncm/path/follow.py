@@ -25,11 +25,16 @@ from fastncm.sqp.solve import solve
 _SHORTEST, _ROUNDING = 1e-7, 1e-13
 _SHORTER, _LONGER = 0.25, 2.0
 _MOST_MOVES = 400
+#: By how much the shape may change within the shortest move, even or not, over its length: a kink
+#: looks like a jump, and an edge may be as steep as this.
+_STEEPEST = 30.0
 #: How far beyond the end of a branch (in shortest moves) a state to snap to is looked for: just
 #: there its constraints may hardly be told from those of the branch.
 _BEYOND = (1.0, 1e2, 1e4)
 #: From where: the last shape (True), or evenly bent fingers, by the turn of their tip (rad).
 _STARTS = ((True, 0.0), (False, 0.0), (False, -1.0), (False, 1.0), (False, -3.0), (False, 3.0))
+#: How far a snap may turn the tip (rad): beyond, the finger winds around itself.
+_LONGEST_TURN = 2.0 * np.pi
 #: How much more energy (of its share by the way there) a snap releases than a smooth way does.
 _FALL = 4.0
 #: Force over the size of the shape, which is one over how far the contact gives way to a unit force
@@ -86,17 +91,17 @@ def approach(design, mu, start, stop, spare, work, rubbing, options):
         left = stop - t
         whole = abs(left) <= abs(room)
         goal = stop if whole else t + room
+        least = _STEEPEST * shortest if abs(room) <= shortest else 0.0
         if design.form == c.CLOSEST:
-            least = shortest if abs(room) <= shortest else 0.0
             result, iterations, followed = _slide(
                 design, mu, t, goal, least, spare, work, rubbing, options
             )
         else:
-            result, iterations, followed = _move(design, t, goal, spare, work, options)
+            result, iterations, followed = _move(design, t, goal, 0.0, spare, work, options)
         total += iterations
         if not followed and abs(room) <= shortest and mu == 0.0:
             if design.form == c.CLOSEST:
-                _, iterations, followed = _move(design, t, goal, spare, work, options)
+                _, iterations, followed = _move(design, t, goal, least, spare, work, options)
                 total += iterations
             if not followed:
                 goal, fallen, iterations = _snap(design, t, stop, shortest, spare, work, options)
@@ -152,6 +157,15 @@ def _energy(u):
 
 
 @inner
+def _turn(design, u):
+    """Angle of the tip's section, rad."""
+    total = 0.0
+    for k in range(u.shape[0]):
+        total += design.end[k] * u[k]
+    return total
+
+
+@inner
 def _snap(design, start, stop, shortest, spare, work, options):
     """The stable state to which the finger snaps from ``spare.u_start`` just beyond `start`, left
     in ``spare.u``; looked for from there, then from others (`_STARTS`). Returns ``(where, energy
@@ -171,15 +185,17 @@ def _snap(design, start, stop, shortest, spare, work, options):
             before = _energy(spare.u_start)
             fallen = before - _energy(spare.u)
             least = _FALL * _SHORTEST * reach * before
-            if result == status.CONVERGED and fallen > least and _is_stable(design, work):
+            turned = abs(_turn(design, spare.u) - _turn(design, spare.u_start))
+            found = result == status.CONVERGED and fallen > least and turned <= _LONGEST_TURN
+            if found and _is_stable(design, work):
                 return goal, fallen, total
     return start, 0.0, total
 
 
 @inner
-def _move(design, start, goal, spare, work, options):
+def _move(design, start, goal, least, spare, work, options):
     """Solve at `goal` from ``spare.u_start`` at `start`. Returns ``(status, iterations, whether the
-    solution is stable and was followed)``."""
+    solution is stable and was followed)``; a change below `least` is."""
     _copy(spare.u_start, spare.u)
     work.multipliers[:] = 0.0
     result, count, total, _ = solve(design, goal, spare.u, 0, work, options)
@@ -189,7 +205,8 @@ def _move(design, start, goal, spare, work, options):
     for k in range(spare.u.shape[0]):
         size = max(size, abs(spare.u_start[k]))
         change = max(change, abs(spare.u[k] - spare.u_start[k]))
-    if change <= _SMALL * size and design.form != c.CLOSEST or change <= _TINY * size:
+    small = _SMALL if design.form != c.CLOSEST else _TINY
+    if change <= max(small * size, least):
         return result, total, True
     _copy(spare.u_start, spare.u_middle)
     work.multipliers[:] = 0.0

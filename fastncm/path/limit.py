@@ -15,17 +15,10 @@ from fastncm.kernels.problem import Problem, mode_count, select
 from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.run import solve_states, trace_lanes
+from fastncm.path.snap import END_ENERGY, END_MU, END_POSITION, END_ROW
 from fastncm.path.states import States, make_states, some
 from fastncm.path.touch import locate_touches
-from fastncm.path.trace import (
-    END_ENERGY,
-    END_MU,
-    END_POSITION,
-    END_ROW,
-    LONGEST_MOVE,
-    Trace,
-    make_trace,
-)
+from fastncm.path.trace import LONGEST_MOVE, Trace, make_trace
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
 
@@ -63,8 +56,9 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     side = np.copysign(mu, beyond.side)
     limit = _last_states(trace, d, row, start, side)
     reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
-    known = trace.ends[d, END_POSITION]
-    reached = np.where(known != 0.0, known, reached)
+    told = trace.ends[d, END_POSITION] != 0.0
+    before = told & (trace.ends[d, END_ROW] < row)  # a snap that the path has gone over
+    reached = np.where(told & ~before, trace.ends[d, END_POSITION], reached)
     # the state that the finger snaps to, with the target back at the limit point
     back = some(beyond, np.arange(len(d)))
     back.t[:] = reached
@@ -73,7 +67,8 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     snaps = (friction >= mu) & back.good & (reached != start) & (released > 0.0)
     trace.ends[d, END_ROW] = row
     trace.ends[d, END_POSITION] = reached
-    slides = trace.ends[d, END_MU] == 0.0  # otherwise it locks from the start, and that is known
+    # if not, it locks from the start, and that is known
+    slides = (trace.ends[d, END_MU] == 0.0) | before
     if slides.any():
         likely = np.minimum(friction, mu)[slides]
         critical = _critical_friction(problem, options, d[slides], row[slides], likely)

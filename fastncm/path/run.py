@@ -13,26 +13,29 @@ from fastncm.path.block import make_block, workspaces
 from fastncm.path.states import States, make_states, solve_all
 from fastncm.path.trace import Trace, make_trace, trace_paths
 
-_NO_INDEX, _NO_POSITION = np.zeros(0, np.int64), np.zeros(0)
+_NO_INDEX, _NO_POSITION, _NO_DESIGN = np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.bool_)
 
 
 @kernel
-def _run_lanes(problem, tolerance, longest, block, trace, states):
+def _run_lanes(problem, tolerance, longest, over, block, trace, states):
     """Solve all positions of all designs where `trace` has room for them, and all `states`."""
     kept = share(problem)
     lanes, walk, measuring = workspaces(kept, block)
     if trace.rows.shape[0] > 0:
-        trace_paths(kept, tolerance, longest, lanes, walk, measuring, share(trace))
+        trace_paths(kept, tolerance, longest, over, lanes, walk, measuring, share(trace))
     solve_all(kept, tolerance, lanes, measuring, share(states))
 
 
-def trace_lanes(problem: Problem, tolerance: float, longest: float, trace: Trace) -> None:
-    """`path.trace.trace_paths` with a workspace."""
+def trace_lanes(
+    problem: Problem, tolerance: float, longest: float, trace: Trace, over: np.ndarray | None = None
+) -> None:
+    """`path.trace.trace_paths` with a workspace; over: None: no path goes over a snap."""
+    over = np.zeros(problem.positions.shape[0], np.bool_) if over is None else over
     none = make_states(_NO_INDEX, _NO_POSITION, _NO_INDEX, trace.shapes.shape[2])
-    _run_lanes(problem, tolerance, longest, make_block(problem), trace, none)
+    _run_lanes(problem, tolerance, longest, over, make_block(problem), trace, none)
 
 
 def solve_states(problem: Problem, tolerance: float, states: States) -> None:
     """`path.states.solve_all` with a workspace."""
     none = make_trace(0, 0, states.u.shape[1], 0)
-    _run_lanes(problem, tolerance, 0.0, make_block(problem), none, states)
+    _run_lanes(problem, tolerance, 0.0, _NO_DESIGN, make_block(problem), none, states)

@@ -90,13 +90,13 @@ def assume(lanes, walk):
 
 @inner
 def _begin_friction(lanes, walk):
-    """Friction forces to start from, and whether any contact sticks."""
+    """Friction forces of the active lanes to start from, and whether any contact sticks."""
     lanes.holds[0] = False
     for lane in range(LANES):
-        lanes.rub[lane] = (
-            walk.rub[lane] if lanes.sticks[lane] else lanes.side[lane] * lanes.force[lane]
-        )
-        lanes.slipped[lane] = lanes.anchor[lane]
+        if lanes.active[lane]:
+            slides = lanes.side[lane] * lanes.force[lane]
+            lanes.rub[lane] = walk.rub[lane] if lanes.sticks[lane] else slides
+            lanes.slipped[lane] = lanes.anchor[lane]
         lanes.holds[0] = lanes.holds[0] or lanes.sticks[lane]
 
 

@@ -7,21 +7,21 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
-from fastncm.kernels.gap import closest_gap
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
-from fastncm.path.slip import slip
+from fastncm.path.snap import END_MU, ENDS, SHORTEST_MOVE, go_over, snap_back
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
 from fastncm.path.walk import doubt_leaps, forget, predict, remember
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
-#: divided. One that fails is tried again with a quarter of it, down to the shortest; one that does
-#: not is followed by a longer one. Moves that are tried for one position, at most.
+#: divided. One that fails is tried again with a quarter of it, down to the shortest (`path.snap`);
+#: one that does not is followed by a longer one. Moves that are tried for one position, at most.
 LONGEST_MOVE = 0.05
-SHORTEST_MOVE = 1e-6
 _SHORTER, _LONGER = 0.25, 2.0
 _MOST_MOVES = 10_000
+#: Just above 1: a way that is divided into moves of a length again gives that length.
+_SAME_MOVE = 1.0 + 1e-12
 #: Distance (finger lengths) up to which two places are one.
 _SAME_PLACE = 1e-9
 #: Newton steps in the lanes before a position is left over for the SQP.
@@ -32,13 +32,6 @@ EVENTS = 8
 
 #: Contacts that are kept of a row: more than three hold the tip's pose fast more than once.
 MOST_CONTACTS = 4
-
-#: What is said of the end of a branch of equilibria with friction: the row that failed first,
-#: beyond it; the target's position at the end; the friction up to which the finger slides at that
-#: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
-#: zero where no branch ends.
-END_ROW, END_POSITION, END_MU, END_ENERGY = range(4)
-ENDS = 4
 
 
 class Trace(NamedTuple):
@@ -170,18 +163,22 @@ def aim(problem, i, lanes, walk):
 
 
 @inner
-def _go_on(problem, i, longest, lanes, walk):
+def _go_on(problem, i, longest, over, lanes, walk):
     """Which lanes are still ``walk.going`` after a move to position `i`, and how long the next move
-    may be."""
+    may be: shorter and shorter ones, and the last one that fell, if their designs may go `over`
+    it."""
     for lane in range(LANES):
         if not lanes.active[lane]:
             continue
         if lanes.good[lane]:
             walk.going[lane] = lanes.t[lane] != problem.positions[lanes.design[lane], i]
             walk.room[lane] = min(_LONGER * walk.room[lane], longest)
-        elif walk.room[lane] > SHORTEST_MOVE:
+        elif walk.room[lane] > SHORTEST_MOVE and not walk.over[lane]:
             left = abs(problem.positions[lanes.design[lane], i] - walk.t[lane])
             walk.room[lane] = _SHORTER * min(walk.room[lane], left)
+            walk.lost[lane] = False
+        elif walk.fell[lane] > 0.0 and over[lanes.design[lane]] and not walk.over[lane]:
+            walk.room[lane], walk.over[lane] = _SAME_MOVE * walk.fell[lane], True
             walk.lost[lane] = False
         else:
             walk.going[lane] = False
@@ -229,63 +226,12 @@ def store(i, lanes, measured, trace):
 
 
 @inner
-def _note_snap(i, lanes, walk, lane, trace):
-    """Say that the finger snaps on the way to position `i`, where, and what that releases."""
-    end = trace.ends[lanes.design[lane]]
-    released = 0.0
-    for k in range(lanes.u.shape[0]):
-        released += 0.5 * (walk.u[k, lane] ** 2 - lanes.u[k, lane] ** 2)
-    if end[END_POSITION] == 0.0 and released > 0.0:
-        end[END_ROW], end[END_POSITION] = i, walk.t[lane]
-        end[END_MU], end[END_ENERGY] = np.nan, released
-
-
-@inner
-def _snap_back(problem, i, lanes, walk, tolerance, trace):
-    """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
-    from being free: there the finger has lost its hold and has snapped back behind the target.
-
-    Only from where no move gets further, which is the place that ``trace.ends`` tells.
-    """
-    any_snaps = False
-    for lane in range(LANES):
-        walk.busy[lane] = lanes.active[lane]
-        lanes.active[lane] = lanes.active[lane] and not lanes.good[lane]
-        if not lanes.active[lane]:
-            continue
-        d, t = lanes.design[lane], lanes.t[lane]
-        lanes.active[lane] = abs(t - walk.t[lane]) <= SHORTEST_MOVE
-        if not lanes.active[lane]:
-            continue
-        gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
-        feature = gap[c.FEATURE]
-        far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
-        lanes.active[lane] = far
-        if far:
-            any_snaps = True
-            for k in range(lanes.u.shape[0]):
-                lanes.u[k, lane] = 0.0
-            dragged = (gap[c.GY] <= 0.0) == (t > walk.t[lane])
-            lanes.side[lane] = lanes.mu[lane] if dragged else -lanes.mu[lane]
-            lanes.sticks[lane] = False
-            lanes.force[lane], lanes.rub[lane] = 0.0, 0.0
-    if any_snaps:
-        newton.correct(problem, lanes, tolerance, NEWTON_STEPS)
-        for lane in range(LANES):
-            if lanes.active[lane] and lanes.rubs[0]:
-                lanes.slipped[lane] = slip(problem, lanes, lane)
-            if lanes.active[lane] and lanes.good[lane]:
-                _note_snap(i, lanes, walk, lane, trace)
-    for lane in range(LANES):
-        lanes.active[lane] = walk.busy[lane]
-
-
-@inner
-def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
+def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
-    tolerance: of the KKT residual; longest: move of the target from one solve to the next; trace:
-    `Trace`, whose rows and shapes are overwritten, the others zeros on entry.
+    tolerance: of the KKT residual; longest: move of the target from one solve to the next; over:
+    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); trace: `Trace`,
+    whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
     status MAX_ITERATIONS: for the SQP (`path.careful`) to try. With friction nothing is tried
@@ -313,14 +259,16 @@ def trace_paths(problem, tolerance, longest, lanes, walk, measuring, trace):
                 if lanes.rubs[0]:
                     stick.settle(problem, lanes, walk, tolerance, NEWTON_STEPS)
                 doubt_leaps(lanes, walk)
-                _snap_back(problem, i, lanes, walk, tolerance, trace)
+                if lanes.rubs[0]:
+                    go_over(i, over, lanes, walk, trace)
+                snap_back(problem, i, lanes, walk, tolerance, NEWTON_STEPS, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)
                 remember(lanes, walk)
                 for lane in range(LANES):
                     trace.solves[0] += lanes.active[lane]
-                _go_on(problem, i, longest, lanes, walk)
+                _go_on(problem, i, longest, over, lanes, walk)
             for lane in range(LANES):
                 lanes.active[lane] = walk.touching[lane]
                 if walk.touching[lane] and lanes.good[lane]:

@@ -23,8 +23,10 @@ _LEAP, _NOTHING = 0.1, 1e-20
 #:
 #: Of the way to the next position: touching: (LANES,) bool, whether there is contact at it; going:
 #: bool, whether the target is still on its way; room: the longest next move; blocked: the sense in
-#: which nothing was found (`path.careful`). busy: (LANES,) bool and w0, w1, r0, r1: (LANES,)
-#: workspace.
+#: which nothing was found (`path.careful`); falls: bool, whether the move was doubted for the
+#: energy that it loses (`doubt_leaps`), fell: length of the last such move from here (0: none),
+#: over: bool, whether it is now to be taken (`path.snap`). busy: (LANES,) bool and w0, w1, r0, r1:
+#: (LANES,) workspace.
 WALK = Layout(
     "Walk",
     MOST,
@@ -52,6 +54,9 @@ WALK = Layout(
         "touching": (FLAG, (LANES,)),
         "room": (NUMBER, (LANES,)),
         "blocked": (NUMBER, (LANES,)),
+        "falls": (FLAG, (LANES,)),
+        "fell": (NUMBER, (LANES,)),
+        "over": (FLAG, (LANES,)),
         "busy": (FLAG, (LANES,)),
         "w0": (NUMBER, (LANES,)),
         "w1": (NUMBER, (LANES,)),
@@ -123,6 +128,9 @@ def doubt_leaps(lanes, walk):
             gained[lane] += rubbed if lanes.mu[lane] > 0.0 else 0.0
     for lane in range(LANES):
         least = max(0.5 * _LEAP * max(before[lane], now[lane]), _NOTHING)
+        walk.falls[lane] = lanes.active[lane] and lanes.good[lane] and gained[lane] < -least
+        if walk.falls[lane]:
+            walk.fell[lane] = abs(lanes.t[lane] - walk.t[lane])
         explained = abs(gained[lane]) <= least or not lanes.active[lane]
         lanes.good[lane] = lanes.good[lane] and explained
 
@@ -142,6 +150,7 @@ def remember(lanes, walk):
         else:
             walk.points[lane] = 1
         walk.feature[lane] = feature
+        walk.fell[lane], walk.over[lane] = 0.0, False
         walk.power[lane] = power(lanes, lane)
         walk.t_before[lane], walk.t[lane] = walk.t[lane], lanes.t[lane]
         walk.force_before[lane], walk.force[lane] = walk.force[lane], lanes.force[lane]
@@ -164,5 +173,6 @@ def forget(walk, lane, t):
     walk.lost[lane] = False
     walk.feature[lane] = c.VOID
     walk.force[lane], walk.power[lane] = 0.0, 0.0
+    walk.fell[lane], walk.over[lane] = 0.0, False
     for k in range(walk.u.shape[0]):
         walk.u[k, lane] = 0.0

@@ -225,6 +225,19 @@ def test_closest_gap_to_a_block(jaw: np.ndarray, pose: Pose) -> None:
             assert found >= distances[nearest] - spacing
 
 
+@pytest.mark.parametrize("psi", [-0.3, -0.35, -0.39])
+def test_a_steep_convex_jaw_that_has_passed(psi: float) -> None:
+    """Against 4,000 points of the jaw: it lies under the block's underside, corner b nearest to the
+    block's corner and corner a highest."""
+    jaw = jaw_row((0.0, 0.0017), (0.0111, -0.0551), 0.0458)
+    pose = Pose(1.0, TARGET_Y + 0.02, psi, 0.91)
+    curve = pose.to_space(jaw_samples(jaw, 4001))
+    corner = np.array([pose.t, TARGET_Y])
+    assert np.argmin(np.hypot(*(curve - corner).T)) == len(curve) - 1
+    found = closest(c.BLOCK, jaw, 0.0, pose)
+    assert found[c.GAP] == pytest.approx(TARGET_Y - curve[:, 1].max(), abs=1e-6)
+
+
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.floats(0.06, 0.3), st.floats(-0.9, 0.9), st.floats(0.01, 0.2), st.floats(0.02, 0.1))
 def test_a_short_block_over_a_round_jaw(

@@ -8,6 +8,7 @@ import pytest
 import shooting_many
 
 import fastncm
+from fastncm.cases import solve_chunk
 
 pytestmark = pytest.mark.compiled
 
@@ -52,6 +53,16 @@ def exact_force(kind: str, index: int, row: pd.Series) -> tuple[np.ndarray, floa
         ("circle-concave", 14),
         # solved, but measured at another pair: an estimate of 2
         ("corner-straight", 37),
+        # the jaw has passed the block's corner with corner b nearest to it and corner a inside
+        ("corner-convex", 245),
+        ("corner-convex", 421),
+        ("corner-convex", 619),
+        # the finger snaps to a shape that the solver found from bent fingers only
+        ("circle-concave", 274),
+        ("circle-concave", 890),
+        ("corner-concave", 61),
+        ("corner-concave", 379),
+        ("corner-concave", 778),
     ],
 )
 def test_a_row_with_one_contact(kind: str, index: int) -> None:
@@ -62,6 +73,28 @@ def test_a_row_with_one_contact(kind: str, index: int) -> None:
     error = np.hypot(*(row[["force_x_N", "force_y_N"]].to_numpy(float) - truth))
     assert error <= (10.0 * row["error_estimate"] + rounding) * np.hypot(*truth)
     assert row["error_estimate"] < 1e-5
+
+
+def test_a_neighbour_changes_nothing() -> None:
+    """The lane beside a contact that sticks tried another assumption: the row had the friction
+    force of the position before, and a KKT residual of 0.65."""
+    kind = "circle-straight"
+    both = {name: column[[262, 694]] for name, column in extremes.jaw_block(kind, 0).items()}
+    same = ("solver.order", "solver.rtol", "path.steps", "model.shear")
+    both |= {name: both[name][[1, 1]] for name in same}  # so that they are solved side by side
+    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.row(both, 0))
+    curves = solve_chunk(scene, both, curves=True).curves
+    assert curves is not None
+    together = pd.DataFrame(curves)
+    for case in (0, 1):
+        alone = fastncm.solve(scene.replace(extremes.row(both, case))).frame()
+        beside = together[together["case"] == case].reset_index(drop=True)
+        assert (beside["status"] == alone["status"]).all()
+        solved = alone["status"] == "converged"
+        assert (beside.loc[solved, "kkt_residual"] < 1e-3).all()
+        for name in ("normal_force_N", "friction_force_N"):
+            expected = alone.loc[solved, name].to_numpy()
+            np.testing.assert_allclose(beside.loc[solved, name], expected, rtol=1e-6)
 
 
 def test_an_edge_that_comes_off_the_face() -> None:
@@ -80,6 +113,32 @@ def test_a_block_in_a_cup() -> None:
     Four modes for a tip of a 500th of the clamp's thickness: what more modes say is only near."""
     frame = solve("corner-concave", 101).frame()
     assert frame["status"].isin(["converged", "no_contact"]).all()
+
+
+def test_two_contacts_behind_a_snap() -> None:
+    """The steep edge of a concave jaw slips off the block's corner: nothing was found behind it.
+    What more modes say is near where the estimate says so."""
+    row = solve("corner-concave", 536).frame().iloc[-1]
+    other = solve("corner-concave", 536, **{"solver.order": 24}).frame().iloc[-1]
+    assert (row["status"], other["status"]) == ("converged", "converged")
+    off = row["normal_force_N"] / other["normal_force_N"] - 1.0
+    assert abs(off) < 10.0 * (row["error_estimate"] + other["error_estimate"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "index"), [("circle-concave", 297), ("circle-concave", 863), ("corner-convex", 775)]
+)
+def test_the_advice_says_where_a_branch_ends(kind: str, index: int) -> None:
+    """Nothing is found behind the end: more positions, as the advice said, find nothing either, and
+    end in the same place."""
+    places = []
+    for steps in (2, 40):
+        curve = solve(kind, index, **{"path.steps": steps})
+        frame = curve.frame()
+        assert "more positions" not in curve.advice
+        places.append(float(curve.advice.split("ends at")[1].split()[0]))
+        assert frame["position"].iloc[-1] < places[-1] < frame["position"].iloc[0]
+    assert places[1] == pytest.approx(places[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(("kind", "index"), [("corner-straight", 146)])

@@ -8,7 +8,7 @@ from shooting import ShootingCase
 
 import fastncm
 from fastncm.lowering import lower
-from fastncm.path.trace import END_ENERGY, END_POSITION
+from fastncm.path.snap import END_ENERGY, END_POSITION
 from fastncm.scene import Scene, tabulate
 from fastncm.trace import solve_paths
 

@@ -1,10 +1,12 @@
 """Snaps are told, however small, and nothing else is: the work of the target is what is stored and
 what the snaps release."""
 
+import extremes
 import numpy as np
 import pandas as pd
 import pytest
 import shooting
+import shooting_many
 from hard_jaws import SNAPPING, scene
 
 import fastncm
@@ -148,3 +150,43 @@ def test_a_finger_that_loses_its_hold_snaps_behind_the_target(
     assert frame["position"][at] - shortest < place < frame["position"][at - 1] + shortest
     assert released == pytest.approx(lost[at], abs=2.0 * abs(before) + 1e-3 * lost[at])
     assert (curve.frame()["status"].isin(["converged", "no_contact"])).all()
+
+
+def sliding_force(index: int, row: pd.Series, position: float) -> float:
+    """Normal force (N) of the exact sliding equilibrium of scene `index` of corner-straight with
+    the target at `position` that is next to the claimed `row`; NaN where shooting finds none."""
+    columns, case = extremes.jaw_block("corner-straight", 0), np.array([index])
+    unit, length = shooting_many.force_unit(columns, case), columns["finger.length"][case]
+    claim = shooting_many.Claim(
+        row[["force_x_N", "force_y_N"]].to_numpy(float)[None] / unit[:, None],
+        row[["contact_x_m", "contact_y_m"]].to_numpy(float)[None] / length[:, None],
+        np.array([[row["tip_x_m"] / length[0], row["tip_y_m"] / length[0], row["tip_angle_rad"]]]),
+    )
+    fingers = shooting_many.fingers(columns, case, np.array([position]))
+    with np.errstate(all="ignore"):
+        truth = shooting_many.exact(fingers, claim, columns["friction.mu"][case])
+    return float(truth.normal[0] * unit[0]) if truth.found[0] else np.nan
+
+
+@pytest.mark.parametrize("index", [1, 24])
+def test_a_snap_with_friction_is_told(index: int) -> None:
+    """The rows went on behind it without a word. On either side of the told place shooting finds
+    the claimed equilibrium, the one before with the energy that is released above the other; a
+    little beyond it, none next to the first."""
+    scene = fastncm.load_scene("snapfit-corner").replace(extremes.one("corner-straight", index))
+    curve = fastncm.solve(scene)
+    assert curve.status == "converged"
+    place, released = (
+        float(curve.advice.split(word)[1].split()[0]) for word in ("limit point at", "releases")
+    )
+    step = 3e-6 * scene.finger.length
+    way = np.append(np.linspace(curve.frame()["position"].iloc[0], place + step, 40), place - step)
+    before, after = (
+        row for _, row in fastncm.solve(scene, positions=way).frame().iloc[-2:].iterrows()
+    )
+    for row in (before, after):
+        exact = sliding_force(index, row, row["position"])
+        assert row["normal_force_N"] == pytest.approx(exact, rel=1e-6)
+    assert released == pytest.approx(before["energy_J"] - after["energy_J"], rel=1e-3)
+    lost = sliding_force(index, before, place - 1e3 * step)
+    assert not abs(lost / before["normal_force_N"] - 1.0) < 0.1
