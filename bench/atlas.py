@@ -36,6 +36,8 @@ JAW_SCENES = 16_667
 """Scenes of each of the six kinds of jaws, 100,000 in all."""
 SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
+SECONDS = 900.0
+"""After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
 SHOT_SCENES = 300
 """Scenes of each kind of jaws of which every row is compared with shooting."""
 FINER_SCENES = 500
@@ -59,7 +61,7 @@ def main(jobs: int = JOBS) -> None:
         ("atlas_jaws", extremes.JAW_KINDS, JAW_SCENES, atlas_truth.jaws, SHOT_SCENES),
         ("atlas_sides", extremes.SIDE_KINDS, SIDE_SCENES, atlas_truth.sides, FINER_SCENES),
     ):
-        table = atlas_bulk.run(kinds, scenes, jobs)
+        table = atlas_bulk.run(kinds, scenes, jobs, SECONDS)
         write_table(name, table, seed=extremes.SEED, **table.attrs)
         pieces = [
             Piece(f"truth-{kind}-{first}", judge, (kind, first, SCENES_A_PIECE))
