@@ -36,13 +36,15 @@ JAW_SCENES = 16_667
 """Scenes of each of the six kinds of jaws, 100,000 in all."""
 SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
-SHOT_SCENES = 1_000
+SECONDS = 900.0
+"""After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
+SHOT_SCENES = 300
 """Scenes of each kind of jaws of which every row is compared with shooting."""
-FINER_SCENES = 300
+FINER_SCENES = 500
 """Scenes of each kind of direct contact of which every row is compared with finer intervals."""
 SCENES_A_PIECE = 100
 """That are judged in one go."""
-TRIED = 60
+TRIED = 40
 """Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
 BY_SLSQP = 6
 """And of those without friction that smaller steps do not solve, those that SLSQP gets."""
@@ -59,7 +61,7 @@ def main(jobs: int = JOBS) -> None:
         ("atlas_jaws", extremes.JAW_KINDS, JAW_SCENES, atlas_truth.jaws, SHOT_SCENES),
         ("atlas_sides", extremes.SIDE_KINDS, SIDE_SCENES, atlas_truth.sides, FINER_SCENES),
     ):
-        table = atlas_bulk.run(kinds, scenes, jobs)
+        table = atlas_bulk.run(kinds, scenes, jobs, SECONDS)
         write_table(name, table, seed=extremes.SEED, **table.attrs)
         pieces = [
             Piece(f"truth-{kind}-{first}", judge, (kind, first, SCENES_A_PIECE))

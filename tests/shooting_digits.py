@@ -38,7 +38,7 @@ def normal_force(fingers: Fingers, claim: Claim, mu: float) -> Number | None:
     start = np.column_stack([pressing, q])
     inverse = np.linalg.inv(_slope(fingers, jaw, target, lean, start))
     unknowns = mp.matrix(start[0].tolist())
-    finger = _Finger(mp, fingers, int(jaw[0]), int(target[0]), float(lean[0]))
+    finger = Finger(mp, fingers, int(jaw[0]), int(target[0]), float(lean[0]))
     large = 1.0 + float(fingers.radius[0]) + float(np.abs(fingers.at).max())
     for _ in range(NEWTON_STEPS):
         missed = finger.miss(unknowns)
@@ -62,7 +62,7 @@ def _slope(fingers: Fingers, jaw: Array, target: Array, lean: Array, at: Array) 
     return found
 
 
-class _Finger:
+class Finger:
     """One finger in the arithmetic of `mp`, with the pair of features that touch."""
 
     def __init__(self, mp: Number, f: Fingers, jaw: int, target: int, lean: float) -> None:

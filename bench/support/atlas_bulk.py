@@ -21,8 +21,9 @@ KEPT = {
 }
 
 
-def run(kinds: Sequence[str], scenes: int, jobs: int) -> pd.DataFrame:
-    """The deepest row of each of the first `scenes` scenes of each kind, with the columns KEPT.
+def run(kinds: Sequence[str], scenes: int, jobs: int, seconds: float) -> pd.DataFrame:
+    """The deepest row of each of the first `scenes` scenes of each kind, with the columns KEPT; of
+    as many as are begun in so many seconds, beside those of earlier runs.
 
     rows: of the scene's path; unsolved: how many of them have no answer.
     """
@@ -33,7 +34,7 @@ def run(kinds: Sequence[str], scenes: int, jobs: int) -> pd.DataFrame:
         for kind in kinds
     ]
     pieces = [Piece("-".join(map(str, call)), deepest, call) for call in calls]
-    return atlas_store.run("scenes", pieces, jobs)
+    return atlas_store.run("scenes", pieces, jobs, seconds)
 
 
 def deepest(kind: str, first: int, count: int) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from support import atlas_overlaps
 SOLVED = ("converged", "no_contact")
 
 SNAP = "the branch from first touch ends at a limit point (snap)"
+ENDS = "the branch of stable shapes ends, nothing to snap to"
 LOCKS = "friction locks, or the branch ends"
 FAR_CORNER = "not solved, short block"
 OVERLAP = "the target cannot be got out of the way"
@@ -17,8 +18,10 @@ COVERED = "the target covers the clamp"
 PASSED = "the target is past the undeformed finger"
 UNSOLVED = "not solved"
 RAISES = "the package raises an exception"
+SNAPS = "the finger snaps from there"
 CAUSES = {
-    "snaps": SNAP,
+    SNAPS: SNAP,
+    "The branch of stable shapes from first touch ends": ENDS,
     "No equilibrium on the branch": LOCKS,
     "overlap": OVERLAP,
     "Error:": RAISES,
@@ -45,7 +48,7 @@ def described(kind: str, table: pd.DataFrame) -> pd.DataFrame:
             overlaps[at] = row.index not in coarse and atlas_overlaps.overlaps(kind, row.index)
         elif row.status not in SOLVED:
             cause[at] = _cause(kind, row.index, row.advice)
-    snapped = table["advice"].str.contains("snaps", regex=False)
+    snapped = table["advice"].str.contains(SNAPS, regex=False)
     return table.assign(cause=cause, snapped=snapped, overlaps=overlaps)
 
 
@@ -53,7 +56,7 @@ def _cause(kind: str, index: int, advice: str) -> str:
     said = next((cause for word, cause in CAUSES.items() if word in advice), UNSOLVED)
     if kind in extremes.SIDE_KINDS and atlas_overlaps.clamp_is_covered(kind, index):
         return COVERED
-    if said in (UNSOLVED, OVERLAP) and not atlas_overlaps.overlaps(kind, index):
+    if said in (UNSOLVED, OVERLAP, ENDS) and not atlas_overlaps.overlaps(kind, index):
         return PASSED
     if kind in extremes.SIDE_KINDS:
         return said

@@ -28,6 +28,8 @@ SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 30},)
 FRICTION_STEPS = 10
 NOT_TRIED = "smaller steps do not"
 """Of rows that are not given to SLSQP either."""
+CLEAR_CAUSES = (atlas_causes.COVERED, atlas_causes.PASSED)
+"""Geometry says that there is no shape, or that the undeformed finger is one."""
 SLSQP, SHOOTING = "SLSQP", "shooting, one contact"
 
 
@@ -41,8 +43,7 @@ def try_again(kind: str, table: pd.DataFrame, slsqp: int) -> pd.DataFrame:
     if jaws and rubs and len(left):
         by[left[_slides(kind, left, by.index, table["friction.mu"].to_numpy())]] = SHOOTING
     else:
-        found_free = table["cause"].eq(atlas_causes.PASSED).any()  # by SLSQP at once
-        tried = 0 if rubs or found_free else slsqp
+        tried = 0 if rubs or table["cause"].isin(CLEAR_CAUSES).any() else slsqp
         for index in left[:tried]:
             by[index] = SLSQP if _is_shape(kind, int(index)) else ""
         by[left[tried:]] = NOT_TRIED

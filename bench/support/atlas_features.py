@@ -6,7 +6,7 @@ import extremes
 import numpy as np
 import pandas as pd
 
-from support import atlas_text
+from support import atlas_verdicts
 
 Columns = extremes.Columns
 Choice = Callable[[Columns, Columns, pd.DataFrame], np.ndarray]
@@ -95,7 +95,7 @@ def tally(table: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
     side = table["kind"].iat[0] in extremes.SIDE_KINDS
     choices = SIDES if side else JAWS
     draw = extremes.drawn_sides if side else extremes.drawn_jaws
-    wrong = pd.concat([atlas_text.wrong_in_silence(judged), atlas_text.unanswered(judged)])
+    wrong = pd.concat([atlas_verdicts.wrong_in_silence(judged), atlas_verdicts.unanswered(judged)])
     has: dict[str, list[pd.DataFrame]] = {name: [] for name in choices}
     for (kind, block), rows in table.groupby(["kind", table["index"] // extremes.BLOCK]):
         rows = rows.sort_values("index")

@@ -88,7 +88,8 @@ def draw_sides(table: pd.DataFrame, judged: pd.DataFrame) -> None:
     rest = {"columns": names, "label": "N"}
     heat(figure, axes[1], known, "log_error", taper, "median", "log10 error, median",
          norm=Normalize(-8.0, 0.0), cmap="viridis", **rest)  # fmt: skip
-    heat(figure, axes[2], known, "effect", taper, "min", "estimate / error, least",
+    fair = known[known["error"] > 10.0 * known["rounding"]]
+    heat(figure, axes[2], fair, "effect", taper, "min", "estimate / error, least (truth is known)",
          norm=LogNorm(0.1, 1e3), cmap="RdBu", **rest)  # fmt: skip
     save(figure, RESULTS / "atlas_sides.png")
 

@@ -6,6 +6,7 @@ where it was, and one with another package begins anew.
 """
 
 import hashlib
+import math
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -46,8 +47,9 @@ JUDGES = ("runs", "bulk", "causes", "overlaps", "truth", "failures", "slsqp", "s
 """Modules of this folder whose tables are kept."""
 
 
-def run(what: str, pieces: Sequence[Piece], jobs: int) -> pd.DataFrame:
-    """The tables of all pieces, one below the other, by `jobs` processes.
+def run(what: str, pieces: Sequence[Piece], jobs: int, seconds: float = math.inf) -> pd.DataFrame:
+    """The tables of all pieces, one below the other, by `jobs` processes. After so many seconds no
+    further piece is begun: the table has those that are done, and the next run goes on.
 
     ``.attrs["cpu_seconds"]`` is what all of them took, in whichever run. How far it is, and
     about how long it will take, is printed.
@@ -55,14 +57,15 @@ def run(what: str, pieces: Sequence[Piece], jobs: int) -> pd.DataFrame:
     home = folder()
     home.mkdir(parents=True, exist_ok=True)
     missing = [piece for piece in pieces if not _file(home, piece.name).exists()]
-    begin = time.perf_counter()
-    tasks = (delayed(_make)(home, piece) for piece in missing)
+    begin, until = time.perf_counter(), time.time() + seconds
+    tasks = (delayed(_make)(home, piece, until) for piece in missing)
     done = Parallel(n_jobs=jobs, return_as="generator_unordered")(tasks)
     for count, said in enumerate(done, start=1):
         left = (time.perf_counter() - begin) / count * (len(missing) - count)
         whole = len(pieces) - len(missing) + count
         print(f"{what}, {whole} of {len(pieces)}: {said}; about {left:.0f} s left", flush=True)
-    parts = [pd.read_parquet(_file(home, piece.name)) for piece in pieces]
+    files = [_file(home, piece.name) for piece in pieces]
+    parts = [pd.read_parquet(file) for file in files if file.exists()]
     table = pd.concat([part for part in parts if len(part)], ignore_index=True)
     table.attrs = {"cpu_seconds": sum(part.attrs["cpu_seconds"] for part in parts)}
     return table
@@ -72,8 +75,10 @@ def _file(home: Path, name: str) -> Path:
     return home / f"{name}.parquet"
 
 
-def _make(home: Path, piece: Piece) -> str:
-    """Make a table and write it."""
+def _make(home: Path, piece: Piece, until: float) -> str:
+    """Make a table and write it, unless it is too late."""
+    if time.time() > until:
+        return f"{piece.name} left for the next run"
     begin = time.process_time()
     table = piece.make(*piece.arguments)
     table.attrs = {"cpu_seconds": time.process_time() - begin}

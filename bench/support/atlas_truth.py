@@ -28,6 +28,8 @@ TIMES = (8, 5, 3)
 """As many intervals; the next where a row has no answer with the first."""
 MOST_INTERVALS = 10_000
 PATH_POINTS = 90
+ROUNDING = 1e-14
+"""Finger lengths to which any place is known: a force is as little known as what it moves."""
 OTHER_BRANCH = "another branch"
 OTHER_FORCE, OTHER_TURN = 0.1, 0.1
 """Relative difference of the force, and rad of the tip, that make two branches of two answers."""
@@ -100,6 +102,9 @@ def by_order(shot: pd.DataFrame) -> pd.DataFrame:
     changes = {"solver.order": other}
     kind = str(part["kind"].iat[0])
     finer = atlas_runs.chosen(kind, part["index"].to_numpy(), changes)
+    length = shot["length"]
+    moved = np.hypot(shot["tip_x_m"] / length - 1.0, shot["tip_y_m"] / length)
+    shot.loc[left, "rounding"] += ROUNDING / np.maximum(moved[left], ROUNDING)
     return _judged(shot, left, finer, "other modes", 10.0)
 
 

@@ -4,6 +4,7 @@ The truth for jaws is shooting (`shooting_many`), which is compared with `shooti
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import extremes
 import numpy as np
@@ -21,8 +22,9 @@ from support import (
     atlas_runs,
     atlas_slsqp,
     atlas_slsqp_sides,
-    atlas_text,
+    atlas_store,
     atlas_truth,
+    atlas_verdicts,
 )
 
 import fastncm
@@ -82,8 +84,8 @@ def test_random_jaws_are_never_wrong_in_silence(kind: str) -> None:
     judged = atlas_truth.jaws(kind, 0, JAWS)
     assert judged["found"].sum() >= JAWS
     assert judged["judge"].eq("shooting").sum() >= 0.5 * JAWS
-    assert atlas_text.wrong_in_silence(judged).empty
-    assert atlas_text.unanswered(judged).empty
+    assert atlas_verdicts.wrong_in_silence(judged).empty
+    assert atlas_verdicts.unanswered(judged).empty
 
 
 @pytest.mark.parametrize("kind", extremes.SIDE_KINDS)
@@ -93,7 +95,7 @@ def test_random_direct_contact_is_never_wrong_in_silence(kind: str) -> None:
     close = close[(close["solver.intervals"].astype(int) < 99) & (close["status"] == "converged")]
     judged = atlas_truth.refine(close.reset_index(drop=True))
     assert judged["found"].sum() >= 3
-    assert atlas_text.wrong_in_silence(judged).empty
+    assert atlas_verdicts.wrong_in_silence(judged).empty
 
 
 def test_slsqp_finds_the_same_shape() -> None:
@@ -198,6 +200,24 @@ def test_a_scene_that_raises_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rows["index"].tolist() == list(range(7))
     assert rows["status"].tolist() == ["converged"] * 4 + ["exception"] + ["converged"] * 2
     assert rows["advice"].iloc[4] == "IndexError: out of bounds"
+
+
+def test_pieces_are_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is done is read again; where time is up, the rest is left for the next run."""
+    made = []
+
+    def make(number: int) -> pd.DataFrame:
+        made.append(number)
+        return pd.DataFrame({"number": [number]})
+
+    monkeypatch.setattr(atlas_store, "folder", lambda: tmp_path)
+    pieces = [atlas_store.Piece(f"piece-{i}", make, (i,)) for i in range(3)]
+    first = atlas_store.run("pieces", pieces[:2], 1)
+    late = atlas_store.run("pieces", pieces, 1, seconds=-1.0)
+    whole = atlas_store.run("pieces", pieces, 1)
+    assert made == [0, 1, 2]
+    assert first["number"].tolist() == late["number"].tolist() == [0, 1]
+    assert whole["number"].tolist() == [0, 1, 2]
 
 
 def test_overlaps() -> None:

@@ -11,7 +11,7 @@ import extremes
 import numpy as np
 import pandas as pd
 import pytest
-from support import atlas_causes, atlas_runs, atlas_text, atlas_truth
+from support import atlas_causes, atlas_runs, atlas_truth, atlas_verdicts
 
 pytestmark = pytest.mark.compiled
 
@@ -57,7 +57,7 @@ def test_what_has_no_answer_says_so(kind: str) -> None:
             judged = atlas_truth.by_order(atlas_truth.shoot(kind, int(block), part))
         else:
             judged = atlas_truth.refine(part)
-        assert atlas_text.wrong_in_silence(judged).empty
+        assert atlas_verdicts.wrong_in_silence(judged).empty
 
 
 def test_a_target_over_the_clamp_is_named() -> None:
