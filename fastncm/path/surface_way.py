@@ -167,6 +167,15 @@ def is_free(problem, d, x, y, angle, walk):
 
 
 @inner
+def longest_reach(problem, d):
+    """How far from its pivot the straight finger reaches, at most."""
+    reach = 0.0
+    for k in range(problem.offset.shape[1]):
+        reach = max(reach, abs(problem.offset[d, k]))
+    return reach + problem.arm[d] + 1.0
+
+
+@inner
 def stays_free(problem, d, walk):
     """Move the target along ``walk.move`` until it is about to touch the straight finger.
 
@@ -174,10 +183,7 @@ def stays_free(problem, d, walk):
     "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
     comes to the end without.
     """
-    reach = 0.0
-    for k in range(problem.offset.shape[1]):
-        reach = max(reach, abs(problem.offset[d, k]))
-    reach += problem.arm[d] + 1.0
+    reach = longest_reach(problem, d)
     speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
     speed += abs(walk.turn[0]) * reach
     left = 1.0 if speed > 0.0 else 0.0
