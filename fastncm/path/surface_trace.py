@@ -31,6 +31,7 @@ from fastncm.path.surface_way import (
     stays_free,
     step_on,
     straighten,
+    unseen_overlap,
 )
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
@@ -398,7 +399,11 @@ def _trace(problem, walk, tolerance, trace):
             known = _FREE if result == status.NO_CONTACT else _LOST
             if known == _FREE:
                 walk.lost[0] = FOLLOWED
-            overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
+            overlap = 0.0
+            if result == status.INFEASIBLE:
+                overlap = -walk.straight.gap[walk.deepest[0]]
+            elif result == status.NO_CONTACT:
+                overlap = unseen_overlap(problem, d, goal, walk)
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations
             row[rows.SNAP], row[rows.RELEASED] = walk.snap[0], walk.snap[1]

@@ -204,6 +204,31 @@ def stays_free(problem, d, walk):
 
 
 @inner
+def unseen_overlap(problem, d, goal, walk):
+    """How deep an ellipse at `goal` lies in the straight finger's side between two nodes, neither
+    of which it touches: the gap between them is a parabola with the ellipse's curvature."""
+    if problem.shape != ELLIPSE or not problem.nodes_touch:
+        return 0.0
+    a, b, h = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1], problem.step[0]
+    most = 0.125 * h * h * max(a, b) / min(a, b) ** 2
+    if walk.clear[0] > most:
+        return 0.0
+    straight, depth = walk.straight, 0.0
+    place_surface(problem, d, goal[0], goal[1], goal[2], straight, most + h)
+    for k in range(2, problem.arc.shape[0]):
+        alone = straight.nx[k] == 0.0 and straight.ny[k] == 0.0
+        alone = alone or (straight.nx[k - 1] == 0.0 and straight.ny[k - 1] == 0.0)
+        bend = 0.5 * (straight.curvature[k - 1] + straight.curvature[k]) * h * h
+        if alone or bend <= 0.0:
+            continue
+        rise = straight.gap[k] - straight.gap[k - 1]
+        share = min(max(0.5 - rise / bend, 0.0), 1.0)
+        gap = straight.gap[k - 1] + rise * share - 0.5 * bend * share * (1.0 - share)
+        depth = max(depth, -gap)
+    return depth
+
+
+@inner
 def base_overlap(problem, d, x, y, angle, straight):
     """How deep the side of the clamped section lies in the target."""
     place_point(problem, d, 0, x, y, np.sin(angle), np.cos(angle), straight, 0.0)
