@@ -119,19 +119,20 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
 
 
 @inner
-def _approach(problem, d, i, walk, mu, tolerance, trace):
+def _approach(problem, d, i, walk, mu, strict, tolerance, trace):
     """Move the target from ``walk.place`` by ``walk.move``, in as many steps as it takes.
 
     A step that seems to lead to another branch is divided, as one that is not solved. Where it
     leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
-    than the target brings. Returns ``(status, iterations)``; on success ``walk.place`` is the goal,
-    else it is where the branch ends.
+    than the target brings, unless the way is not `strict`, as it is none of the path's. Returns
+    ``(status, iterations)``; on success ``walk.place`` is the goal, else where the branch ends.
     """
     work, move = walk.work, walk.move
     length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
     longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
     free = walk.free_move[0] / length if length > 0.0 else 1.0
     share, total, left = longest, 0, 1.0
+    careful, jumped = True, False
     while True:
         share = min(share, left)
         if walk.push[3] == 0.0:
@@ -147,10 +148,11 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
             most = _UNEXPLAINED * max(walk.push[4], walk.trial[4])
             odd = walk.push[3] > 0.0 and abs(missing) > most
             passed = walk.trial[3] == 0.0 and share > free
-            if last_try:
+            if careful and last_try:
                 solved = not odd or missing > 0.0
-            else:
+            elif careful:
                 solved = not (odd or passed or has_jumped(problem, walk))
+            jumped = jumped or not solved
             if solved and odd:
                 note_snap(problem, d, i, walk, walk.push[4] - walk.trial[4])
                 walk.lost[0] = AFRESH
@@ -169,9 +171,11 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
             continue
         copy_state(walk.kept, work.state)
         forget(walk.strides)
-        if last_try:
-            return status.MAX_ITERATIONS, total
         share *= 0.25
+        if last_try:
+            if strict or not jumped:
+                return status.MAX_ITERATIONS, total
+            share, careful, jumped = longest, False, False
 
 
 @inner
@@ -225,7 +229,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
         grip(state)
         copy_state(state, walk.kept)
     forget(walk.strides)
-    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], False, tolerance, trace)
     return result, total + count
 
 
@@ -296,7 +300,7 @@ def _come_from_aside(problem, d, i, goal, base, walk, tolerance, trace):
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
     at, released = walk.snap[0], walk.snap[1]
-    result, iterations = _approach(problem, d, i, walk, 0.0, tolerance, trace)
+    result, iterations = _approach(problem, d, i, walk, 0.0, False, tolerance, trace)
     if result == status.CONVERGED and problem.mu[d] > 0.0:
         result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
         iterations += count
@@ -322,7 +326,7 @@ def _snap(problem, d, i, goal, base, walk, tolerance, trace):
     arrive(walk, place, turned)
     note_snap(problem, d, i, walk, stored - walk.push[4])
     set_goal(problem, d, walk, goal, base)
-    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], True, tolerance, trace)
     return result, total + count
 
 
@@ -342,7 +346,7 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
             return status.NO_CONTACT, 0
     if known != _LOST:
         set_goal(problem, d, walk, goal, base)
-        result, iterations = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+        result, iterations = _approach(problem, d, i, walk, problem.mu[d], True, tolerance, trace)
         if result != status.CONVERGED:
             result, count = _snap(problem, d, i, goal, base, walk, tolerance, trace)
             iterations += count
