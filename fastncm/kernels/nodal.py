@@ -377,7 +377,8 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     scale = 1.0 / np.sqrt(1.0 + steep * steep)
     gap = (height - thick - along * (slope + 0.5 * bend * along)) * scale
     beyond = along > 0.0 and j == tip  # the tip's own corner touches there
-    if j == 0 or beyond or gap < -max(2.0 * thick, FAR):
+    behind = j == 0 or problem.arc[j] + along < 0.0  # the clamp
+    if behind or beyond or gap < -max(2.0 * thick, FAR):
         gap = FAR
     state.gap[k] = gap
     if gap == FAR:  # no step brings it nearer
