@@ -18,7 +18,7 @@ from fastncm.path.surface_friction import turn_forces
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.path.surface_way import make_walk
 from fastncm.scene import CaseGroup, Scene
-from fastncm.surface_touch import first_touches
+from fastncm.surface_touch import first_touches, rotation_touches
 
 Array = np.ndarray
 
@@ -33,6 +33,8 @@ _EDGE, _TURN = 1.0, 0.2
 _BESIDE, _HALVINGS = 0.6, 40
 #: Fingers in one call of the compiled code.
 _CHUNK = 512
+#: Columns of the key of `lower_surface`.
+_TILT, _Y, _PATH_X, _SPEED, _START, _STOP, _MU = 5, 7, 8, 9, 11, 12, 13
 _SHAPES = {
     "ellipse": distance.ELLIPSE,
     "circle": distance.ELLIPSE,
@@ -86,7 +88,10 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
     semi_x = v["target_radius"] if circle else v["semi_x"]
     semi_y = v["target_radius"] if circle else v["semi_y"]
     turns = scene.path.kind == "rotation"
-    start = first_touches(group) if scene.path.start == "touch" else v["start"]
+    touches = scene.path.start == "touch" and positions is None
+    start = v["start"]
+    if touches:  # in a rotation it is looked for below
+        start = v["stop"] if turns else first_touches(group)
     scaled = [
         v["thickness_tip"] / clamp,
         clamp / length,
@@ -106,7 +111,11 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
     ]
     key = np.column_stack([np.broadcast_to(np.nan_to_num(x), length.shape) for x in scaled])
     different, problem_of = unique_rows(key)
-    sense = np.where(different[:, 12] > different[:, 11], 1.0, -1.0)
+    if touches and turns:
+        still = _problem(scene, different, np.ones(len(different)), np.zeros(1))
+        columns = [_PATH_X, _SPEED, _Y, _TILT]
+        different[:, _START] = rotation_touches(still, different[:, columns], different[:, _STOP])
+    sense = np.where(different[:, _STOP] > different[:, _START], 1.0, -1.0)
     problem = _problem(scene, different, sense, positions)
     withdraws = scene.path.withdraw and positions is None
     return LoweredSurface(
@@ -114,7 +123,7 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
         problem=problem,
         positions=problem.positions,
         sense=sense,
-        turned=np.ascontiguousarray(different[:, 13]),
+        turned=np.ascontiguousarray(different[:, _MU]),
         turn=(scene.path.steps if withdraws else problem.positions.shape[1]) - 1,
         problem_of=problem_of,
         scale=Scale(length, stiffness / length**2, clamp / (2.0 * length)),

@@ -102,6 +102,13 @@ def _advice(picked: Array, number: Array, lowered: LoweredSurface, chosen: Array
         overlap = picked[case, place, rows.OVERLAP] * length[case]
         if overlap > 0.0:
             advice[case, place] += f" The overlap is {overlap:.4g} m."
+    unseen = (number == status.NO_CONTACT) & (picked[:, :, rows.OVERLAP] > 0.0)
+    for case, place in zip(*np.nonzero(unseen), strict=True):
+        overlap = picked[case, place, rows.OVERLAP] * length[case]
+        advice[case, place] = (
+            f"No node touches, but between two nodes the target lies about {overlap:.4g} m in the "
+            "finger's side: use a larger solver.intervals."
+        )
     estimate = np.where(number == status.CONVERGED, picked[:, :, rows.ESTIMATE], 0.0)
     for case, place in zip(*np.nonzero(estimate > _COARSE), strict=True):
         advice[case, place] = (

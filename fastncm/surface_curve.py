@@ -74,9 +74,12 @@ class SurfaceCurve(Curve):
 
     @property
     def advice(self) -> str:
-        """What to do about the status, or about the row with the largest error where that is large;
-        empty where nothing is to be done."""
+        """What to do about the status, where the finger first snaps, or what to do about the row
+        with the largest error where that is large; empty where nothing is to be done."""
         frame = self.frame()
+        snaps = self._solved.trace.rows[0, :, rows.RELEASED] > 0.0
+        if self.status == status.WORDS[status.CONVERGED] and snaps.any():
+            return str(frame["advice"][snaps].iloc[0])
         if self.status == status.WORDS[status.NO_CONTACT]:
             return status.ADVICE[status.NO_CONTACT]
         if self.status != status.WORDS[status.CONVERGED]:

@@ -1,11 +1,15 @@
-"""Where a target that comes from +x first touches the undeformed finger: `path.start = "touch"`.
+"""Where the target first touches the undeformed finger: `path.start = "touch"`.
 
-The finger stands still and straight, so that each of its points meets the target's outline where a
-horizontal line through it does: in closed form for every shape.
+In a translation the target comes from +x while the finger stands still and straight, so that each
+of its points meets the target's outline where a horizontal line through it does: in closed form for
+every shape. In a rotation the finger turns towards the side that touches (`path.surface_touch`).
 """
 
 import numpy as np
 
+from fastncm.kernels.nodal import NodalProblem
+from fastncm.path.surface_touch import turn_to_touch
+from fastncm.path.surface_way import make_walk
 from fastncm.scene import CaseGroup, Scene
 
 Array = np.ndarray
@@ -23,6 +27,19 @@ def first_touches(group: CaseGroup) -> Array:
         touch[case] = _first_touch(scene, value)
     beyond = v["stop"] + v["length"]
     return np.where(touch > v["stop"], touch, beyond)
+
+
+def rotation_touches(problem: NodalProblem, target: Array, stop: Array) -> Array:
+    """(D,) directions of the base in rad at the first touch on the way to `stop` (D,), rad.
+
+    target: (D, 4), its x at pi/2, speed ratio, y, in finger lengths, and tilt. Where the finger
+    does not touch within half a turn, it starts a radian before.
+    """
+    touch = np.empty(len(stop))
+    turn_to_touch(
+        problem, make_walk(problem), np.ascontiguousarray(target), np.ascontiguousarray(stop), touch
+    )
+    return touch
 
 
 def _first_touch(scene: Scene, value: dict[str, float]) -> float:

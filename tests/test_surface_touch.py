@@ -5,9 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+import fastncm
 from fastncm.plot.outlines import target_outline
 from fastncm.scene import load_scene, tabulate
+from fastncm.surface import lower_surface
 from fastncm.surface_touch import first_touches
 
 FINGER = load_scene("rubber-ellipse").replace(
@@ -83,6 +86,95 @@ def test_just_before_nothing_overlaps_and_just_after_something_does(changes):
     position = first_touches(group)[0]
     assert not overlaps(scene, position + 1e-5)
     assert overlaps(scene, position - 1e-4)
+
+
+FOOT, HALF = 0.0254 + 0.0762, 0.01
+TURNING = {
+    "path.kind": "rotation",
+    "path.start": "touch",
+    "path.stop": 1.0,
+    "path.x": 0.0,
+    "path.speed_ratio": 0.0,
+    "finger.thickness": 2.0 * HALF,
+}
+
+
+def turned_touch(changes):
+    scene = load_scene("rubber-ellipse").replace(TURNING | changes)
+    lowered = lower_surface(tabulate(scene, {})[0])
+    assert lowered.positions[0, -1] == scene.path.stop
+    return lowered.positions[0, 0]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_turning_finger_touches_a_circle(side):
+    """The side is a tangent, at a node: the axis passes the centre at the sum of the radius and
+    half the thickness."""
+    radius = 0.03
+    far = math.hypot(FOOT, radius + HALF)
+    aside = math.asin((radius + HALF) / far)
+    up = 1.0 if side == "right" else -1.0
+    circle = {"target.shape": "circle", "target.radius": radius, "path.y": far}
+    stop = 0.5 * math.pi - 0.3 * up
+    found = turned_touch(circle | {"finger.side": side, "path.stop": stop})
+    assert found == pytest.approx(0.5 * math.pi + up * aside, abs=1e-9)
+    # from behind it, too
+    beyond = 0.5 * math.pi - 1.5 * up
+    found = turned_touch(circle | {"finger.side": side, "path.stop": beyond})
+    assert found == pytest.approx(0.5 * math.pi + up * aside, abs=1e-9)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("speed", [0.0, -0.0323, 0.05])
+def test_a_turning_finger_touches_with_its_tip_or_a_corner(speed):
+    """Of targets that move meanwhile, Lan & Lee 2008, eq. (18)."""
+    tip, radius = 0.0254 + 0.1524, 0.03
+
+    def centre(base):
+        return np.array([speed * (base - 0.5 * math.pi), tip + 0.02])
+
+    def circle_gap(base):
+        along = np.array([math.cos(base), math.sin(base)])
+        corner = tip * along + HALF * np.array([along[1], -along[0]])
+        return np.linalg.norm(corner - centre(base)) - radius
+
+    circle = {"target.shape": "circle", "target.radius": radius, "path.y": tip + 0.02}
+    found = turned_touch(circle | {"path.speed_ratio": speed, "path.stop": 1.5})
+    assert found == pytest.approx(brentq(circle_gap, 1.6, 2.2, xtol=1e-13), abs=1e-9)
+
+    def corner_gap(base):
+        x, y = speed * (base - 0.5 * math.pi) + 0.01, 0.11
+        return (math.cos(base) * y - math.sin(base) * x) + HALF
+
+    # its left side lies against the right side of the finger: the corner's distance from the axis
+    diamond = [[0.01, 0.0], [0.03, -0.02], [0.05, 0.0], [0.03, 0.02]]
+    changes = {"target.shape": "polygon", "target.vertices": diamond, "path.y": 0.11}
+    found = turned_touch(changes | {"path.speed_ratio": speed, "path.stop": 1.3})
+    assert found == pytest.approx(brentq(corner_gap, 1.3, 2.0, xtol=1e-13), abs=1e-9)
+
+
+@pytest.mark.compiled
+def test_where_a_turning_finger_never_touches_it_starts_a_radian_before():
+    far = {"target.shape": "circle", "target.radius": 0.01, "path.y": 0.5}
+    assert turned_touch(far) == pytest.approx(2.0)
+    assert turned_touch(far | {"finger.side": "left"}) == pytest.approx(0.0)
+
+
+@pytest.mark.compiled
+def test_a_sweep_from_first_touch():
+    """Each case from its own; scaling the scene leaves it."""
+    lengths = np.array([0.06731, 0.07])
+    group = tabulate(
+        load_scene("rubber-ellipse").replace({"path.start": "touch"}),
+        {"path.y": lengths + 0.05},
+    )[0]
+    lowered = lower_surface(group)
+    start = lowered.positions[lowered.problem_of, 0]
+    assert start[0] != start[1]
+    for y, found in zip(lengths + 0.05, start, strict=True):
+        alone = load_scene("rubber-ellipse").replace({"path.start": "touch", "path.y": y})
+        assert fastncm.solve(alone).frame()["position"][0] == pytest.approx(found, abs=1e-12)
 
 
 def overlaps(scene, position):

@@ -225,9 +225,13 @@ def place_point(problem, d, k, x, y, turn_sin, turn_cos, state, margin):
     changes by no more than the point moves. A node between the finger's ends does not touch the
     target next to a point of it that is a contact point: that touches the side, with the side's
     normal, while the target's may be any there. How deep such a node lies in it stays in `seen`.
-    Nor does a node touch what lies behind its side.
+    Nor does a node touch what lies behind its side; and where the axis touches, the tip has one
+    corner.
     """
     j, offset = min(k, problem.step.shape[0]), problem.offset[d, k]
+    if k > j and offset == 0.0:
+        state.gap[k] = FAR
+        return
     state.px[k] = state.x[j] - offset * state.section_sin[j]
     state.py[k] = state.y[j] + offset * state.section_cos[j]
     dx, dy = state.px[k] - x, state.py[k] - y
@@ -377,7 +381,8 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     scale = 1.0 / np.sqrt(1.0 + steep * steep)
     gap = (height - thick - along * (slope + 0.5 * bend * along)) * scale
     beyond = along > 0.0 and j == tip  # the tip's own corner touches there
-    if j == 0 or beyond or gap < -max(2.0 * thick, FAR):
+    behind = j == 0 or problem.arc[j] + along < 0.0  # the clamp
+    if behind or beyond or gap < -max(2.0 * thick, FAR):
         gap = FAR
     state.gap[k] = gap
     if gap == FAR:  # no step brings it nearer

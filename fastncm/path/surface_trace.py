@@ -32,6 +32,7 @@ from fastncm.path.surface_way import (
     stays_free,
     step_on,
     straighten,
+    unseen_overlap,
 )
 from fastncm.sqp import status
 from fastncm.sqp.surface import solve_surface
@@ -126,19 +127,21 @@ def _solve_move(problem, d, walk, share, mu, tolerance):
 
 
 @inner
-def _approach(problem, d, i, walk, mu, tolerance, trace):
+def _approach(problem, d, i, walk, mu, strict, tolerance, trace):
     """Move the target from ``walk.place`` by ``walk.move``, in as many steps as it takes.
 
     A step that seems to lead to another branch is divided, as one that is not solved. Where it
     leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
-    than the target brings. Returns ``(status, iterations)``; on success ``walk.place`` is the goal,
-    else it is where the branch ends, or where `_MOST` iterations had led to.
+    than the target brings, unless the way is not `strict`, as it is none of the path's. Returns
+    ``(status, iterations)``; on success ``walk.place`` is the goal, else it is where the branch
+    ends, or where `_MOST` iterations had led to.
     """
     work, move = walk.work, walk.move
     length = max(max(abs(move[0]), abs(move[1])), max(abs(move[2]), abs(walk.turn[0])))
     longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
     free = walk.free_move[0] / length if length > 0.0 else 1.0
     share, total, left = longest, 0, 1.0
+    careful, jumped = True, False
     while True:
         share = min(share, left)
         if walk.push[3] == 0.0:
@@ -154,10 +157,11 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
             most = _UNEXPLAINED * max(walk.push[4], walk.trial[4])
             odd = walk.push[3] > 0.0 and abs(missing) > most
             passed = walk.trial[3] == 0.0 and share > free
-            if last_try:
+            if careful and last_try:
                 solved = not odd or missing > 0.0
-            else:
+            elif careful:
                 solved = not (odd or passed or has_jumped(problem, walk))
+            jumped = jumped or not solved
             if solved and odd:
                 note_snap(problem, d, i, walk, walk.push[4] - walk.trial[4])
                 walk.lost[0] = AFRESH
@@ -179,9 +183,11 @@ def _approach(problem, d, i, walk, mu, tolerance, trace):
         forget(walk.strides)
         if total > _MOST:
             return status.MAX_ITERATIONS, total
-        if last_try:
-            return status.BRANCH_ENDS, total
         share *= 0.25
+        if last_try:
+            if strict or not jumped:
+                return status.BRANCH_ENDS, total
+            share, careful, jumped = longest, False, False
 
 
 @inner
@@ -235,7 +241,7 @@ def _slide_in(problem, d, goal, i, walk, tolerance, trace):
         grip(state)
         copy_state(state, walk.kept)
     forget(walk.strides)
-    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], False, tolerance, trace)
     return result, total + count
 
 
@@ -306,7 +312,7 @@ def _come_from_aside(problem, d, i, goal, base, walk, tolerance, trace):
     if not _set_aside(problem, d, goal, side, walk):
         return status.INFEASIBLE, 0
     at, released = walk.snap[0], walk.snap[1]
-    result, iterations = _approach(problem, d, i, walk, 0.0, tolerance, trace)
+    result, iterations = _approach(problem, d, i, walk, 0.0, False, tolerance, trace)
     if result == status.CONVERGED and problem.mu[d] > 0.0:
         result, count = _slide_in(problem, d, goal, i, walk, tolerance, trace)
         iterations += count
@@ -332,7 +338,7 @@ def _snap(problem, d, i, goal, base, walk, tolerance, trace):
     arrive(walk, place, turned)
     note_snap(problem, d, i, walk, stored - walk.push[4])
     set_goal(problem, d, walk, goal, base)
-    result, count = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+    result, count = _approach(problem, d, i, walk, problem.mu[d], True, tolerance, trace)
     return result, total + count
 
 
@@ -352,7 +358,7 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
             return status.NO_CONTACT, 0
     if known != _LOST:
         set_goal(problem, d, walk, goal, base)
-        result, iterations = _approach(problem, d, i, walk, problem.mu[d], tolerance, trace)
+        result, iterations = _approach(problem, d, i, walk, problem.mu[d], True, tolerance, trace)
         if result != status.CONVERGED:
             result, count = _snap(problem, d, i, goal, base, walk, tolerance, trace)
             iterations += count
@@ -411,7 +417,11 @@ def _trace(problem, walk, tolerance, trace):
                 walk.lost[0], solved = FOLLOWED, i
             else:
                 result = why_unsolved(problem, d, i, solved, result, walk, trace.rows)
-            overlap = -walk.straight.gap[walk.deepest[0]] if result == status.INFEASIBLE else 0.0
+            overlap = 0.0
+            if result == status.INFEASIBLE:
+                overlap = -walk.straight.gap[walk.deepest[0]]
+            elif result == status.NO_CONTACT:
+                overlap = unseen_overlap(problem, d, goal, walk)
             _free_row(problem, d, i, result, overlap, row)
             row[rows.ITERATIONS] = iterations
             row[rows.SNAP], row[rows.RELEASED] = walk.snap[0], walk.snap[1]

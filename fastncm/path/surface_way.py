@@ -167,6 +167,15 @@ def is_free(problem, d, x, y, angle, walk):
 
 
 @inner
+def longest_reach(problem, d):
+    """How far from its pivot the straight finger reaches, at most."""
+    reach = 0.0
+    for k in range(problem.offset.shape[1]):
+        reach = max(reach, abs(problem.offset[d, k]))
+    return reach + problem.arm[d] + 1.0
+
+
+@inner
 def stays_free(problem, d, walk):
     """Move the target along ``walk.move`` until it is about to touch the straight finger.
 
@@ -174,10 +183,7 @@ def stays_free(problem, d, walk):
     "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, sec. 2.3). Returns whether it
     comes to the end without.
     """
-    reach = 0.0
-    for k in range(problem.offset.shape[1]):
-        reach = max(reach, abs(problem.offset[d, k]))
-    reach += problem.arm[d] + 1.0
+    reach = longest_reach(problem, d)
     speed = np.sqrt(walk.move[0] * walk.move[0] + walk.move[1] * walk.move[1])
     speed += abs(walk.turn[0]) * reach
     left = 1.0 if speed > 0.0 else 0.0
@@ -195,6 +201,31 @@ def stays_free(problem, d, walk):
             return False
     walk.clear[0] -= speed * left
     return True
+
+
+@inner
+def unseen_overlap(problem, d, goal, walk):
+    """How deep an ellipse at `goal` lies in the straight finger's side between two nodes, neither
+    of which it touches: the gap between them is a parabola with the ellipse's curvature."""
+    if problem.shape != ELLIPSE or not problem.nodes_touch:
+        return 0.0
+    a, b, h = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1], problem.step[0]
+    most = 0.125 * h * h * max(a, b) / min(a, b) ** 2
+    if walk.clear[0] > most:
+        return 0.0
+    straight, depth = walk.straight, 0.0
+    place_surface(problem, d, goal[0], goal[1], goal[2], straight, most + h)
+    for k in range(2, problem.arc.shape[0]):
+        alone = straight.nx[k] == 0.0 and straight.ny[k] == 0.0
+        alone = alone or (straight.nx[k - 1] == 0.0 and straight.ny[k - 1] == 0.0)
+        bend = 0.5 * (straight.curvature[k - 1] + straight.curvature[k]) * h * h
+        if alone or bend <= 0.0:
+            continue
+        rise = straight.gap[k] - straight.gap[k - 1]
+        share = min(max(0.5 - rise / bend, 0.0), 1.0)
+        gap = straight.gap[k - 1] + rise * share - 0.5 * bend * share * (1.0 - share)
+        depth = max(depth, -gap)
+    return depth
 
 
 @inner

@@ -108,7 +108,8 @@ class Path:
 
     stop: float  # m or rad
     y: float  # m, of the target's reference point
-    start: float | str = "touch"  # "touch": at first touch, coming from +x; translations only
+    start: float | str = "touch"  # "touch": at first touch, coming from +x; in a rotation,
+    # of the base as it turns towards the finger's side that touches
     steps: int = 60  # number of positions, both ends included
     kind: str = "translation"  # or "rotation", in direct contact
     angle: float = 0.0  # rad, direction of the base in a translation

@@ -113,11 +113,8 @@ def check_profile(values: Values, options: Mapping[str, object], rows: IntArray)
     )
 
 
-def check_path(values: Values, options: Mapping[str, object], rows: IntArray) -> None:
-    """The path leads somewhere; a start at the first touch (NaN) always does, but is for targets
-    that come from afar, not for a base that turns."""
-    if options.get("path.kind") == "rotation" and np.isnan(values["start"]).any():
-        raise refusal("path.start", "touch", "an angle in rad where path.kind = 'rotation'")
+def check_path(values: Values, rows: IntArray) -> None:
+    """The path leads somewhere; a start at the first touch (NaN) always does."""
     _require(
         values["start"] != values["stop"],
         "path.stop",

@@ -79,7 +79,7 @@ def resolve(base: Mapping[str, object], columns: Mapping[str, object]) -> list[G
             check_jaw(values, rows)
             check_return(values, options, rows)
         check_profile(values, options, rows)
-        check_path(values, options, rows)
+        check_path(values, rows)
         check_friction(options, values, rows)
         groups.append(Group(options, rows, values))
     return groups

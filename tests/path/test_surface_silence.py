@@ -104,3 +104,42 @@ def test_a_target_in_the_straight_finger_touches_it(kind: str, index: int) -> No
     row = solved(kind, index).iloc[-1]
     assert row["status"] == "converged"
     assert row["normal_force_N"] > 0.0
+
+
+def test_contact_between_two_nodes_is_told() -> None:
+    """A circle in the middle between two nodes, so shallow that neither touches: its sagitta over
+    an interval is h^2 / (8 R)."""
+    h, radius, half = 0.01, 0.03, 0.005
+    scene = fastncm.load_scene("rubber-ellipse").replace(
+        {
+            "path.kind": "translation",
+            "path.angle": 0.0,
+            "path.start": 1.0,
+            "path.stop": 0.0254 + 5.5 * h,
+            "path.y": 0.0,
+            "finger.length": 16 * h,
+            "finger.thickness": 2.0 * half,
+            "solver.intervals": 16,
+            "target.shape": "circle",
+            "target.radius": radius,
+        }
+    )
+    sagitta = h**2 / (8.0 * radius)
+    for share, told in ((1.05, False), (0.5, True), (-0.05, False)):
+        depth = (1.0 - share) * sagitta
+        down = {"path.y": -half - radius + depth}
+        row = fastncm.solve(scene.replace(down), positions=[0.0254 + 5.5 * h]).frame().iloc[0]
+        assert ("between two nodes" in row["advice"]) == told
+        if told:
+            assert f"{depth:.3g}"[:4] in row["advice"]
+        assert row["status"] == ("converged" if depth > sagitta else "no_contact")
+
+
+def test_thin_targets_do_not_pass_through_the_finger() -> None:
+    """An ellipse that is thinner than a move of the target, with the nodes closer than its ends are
+    sharp: the same rows with so few nodes that its ends are contact points."""
+    few = solved("ellipse", 3)
+    many = solved("ellipse", 3, solver_intervals=128)
+    assert list(many["status"]) == list(few["status"])
+    assert (many["status"][1:] == "converged").all()
+    np.testing.assert_allclose(many["energy_J"], few["energy_J"], rtol=5e-3, atol=1e-20)

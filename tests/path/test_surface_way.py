@@ -151,3 +151,13 @@ def test_friction_next_to_the_clamp_without_shear(
     assert solved.converged[0]
     check_equilibrium(solved, 0)
     assert solved.friction[0] <= mu * solved.normal[0] * (1.0 + 1e-10)
+
+
+def test_nothing_touches_behind_the_clamp() -> None:
+    """Points of a target beside the clamp of a finger that has turned far."""
+    curve = solve_extreme("polygon", 8)
+    rows = curve.frame()
+    assert (rows["status"] == "converged").any()
+    for i in np.flatnonzero(rows["status"] == "converged"):
+        assert (curve.contacts(int(i))["s_m"] > 0.0).all()
+        assert rows["error_estimate"][i] > 0.0

@@ -144,7 +144,6 @@ def test_polygons_are_convex(value, why):
 @pytest.mark.parametrize(
     ("scene", "name", "value", "why"),
     [
-        (RUBBER, "path.start", "touch", "an angle in rad"),
         (RUBBER, "path.angle", 0.1, r"for path\.kind = 'translation', not 'rotation'"),
         (RUBBER, "target.radius", 0.1, r"for target\.shape = 'circle', not 'ellipse'"),
         (RUBBER, "target.semi_axes", [0.1, 0.0], "finite numbers greater than 0"),
