@@ -53,8 +53,7 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     start = _start(problem, trace, d, row)
     stop, mu = problem.positions[d, row], problem.mu[d]
     beyond, friction = _follow_friction(problem, tolerance, d, row, np.sign(stop - start))
-    side = np.copysign(mu, beyond.side)
-    limit = _last_states(trace, d, row, start, side)
+    limit = _last_states(problem, tolerance, trace, d, row, start, np.sign(stop - start))
     reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
     told = trace.ends[d, END_POSITION] != 0.0
     before = told & (trace.ends[d, END_ROW] < row)  # a snap that the path has gone over
@@ -88,16 +87,30 @@ def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:
     return np.where(free, locate_touches(problem, d, clear, touching), start)
 
 
-def _last_states(trace: Trace, d: Array, row: Array, start: Array, side: Array) -> States:
+def _last_states(
+    problem: Problem,
+    tolerance: float,
+    trace: Trace,
+    d: Array,
+    row: Array,
+    start: Array,
+    sense: Array,
+) -> States:
     """The states before the failed rows, sliding."""
     before = np.maximum(row - 1, 0)
     states = make_states(d, start, np.full(len(d), -1), trace.shapes.shape[2])
+    solve_states(problem, tolerance, states)  # for the normal at first touch
     loaded = trace.rows[d, before, rows.STATUS] == status.CONVERGED
     states.u[loaded] = trace.shapes[d, before][loaded]
     states.force[loaded] = trace.rows[d, before, rows.FORCE][loaded]
     states.row[loaded] = trace.rows[d, before][loaded]
-    states.side[:] = side
+    states.side[:] = _dragged(states, problem.mu[d], sense)
     return states
+
+
+def _dragged(states: States, mu: Array, sense: Array) -> Array:
+    """Friction over normal force (S,) of sliding contacts: the target drags the finger along."""
+    return np.where(-states.row[:, rows.NORMAL_Y] * sense >= 0.0, mu, -mu)
 
 
 def _critical_friction(
@@ -198,8 +211,7 @@ def _follow_friction(
     states.force[:] = trace.rows[own, row, rows.FORCE]
     states.row[:] = trace.rows[own, row]
     mu = problem.mu[d]
-    # the friction drags the finger along with the target
-    signed = np.where(-states.row[:, rows.NORMAL_Y] * sense >= 0.0, mu, -mu)
+    signed = _dragged(states, mu, sense)
     solved = trace.rows[own, row, rows.STATUS] == status.CONVERGED
     reached = _follow(
         problem, tolerance, states, states.side, 0.0 * mu, signed, _FIRST_MU, _SHORTEST_MU
