@@ -40,7 +40,7 @@ SECONDS = 900.0
 """After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
 SHOT_SCENES = 300
 """Scenes of each kind of jaws of which every row is compared with shooting."""
-FINER_SCENES = 500
+FINER_SCENES = 300
 """Scenes of each kind of direct contact of which every row is compared with finer intervals."""
 SCENES_A_PIECE = 100
 """That are judged in one go."""

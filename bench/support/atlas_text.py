@@ -27,7 +27,7 @@ def headlines(
     for what, table, judged, tried, how in (
         ("fingers with jaws", jaws, jaws_judged, jaws_tried, "with shooting or other modes"),
         ("fingers in direct contact", sides, sides_judged, sides_tried,
-         "with eight times as many intervals"),
+         "with up to eight times as many intervals"),
     ):  # fmt: skip
         wrong, lost = len(wrong_in_silence(judged)), len(unanswered(judged))
         left = existing(table, tried)
@@ -75,8 +75,9 @@ def section(
             "![Random jaws](results/atlas_jaws.png)",
             "### Direct contact",
             counts(sides[0], sides_judged[0]),
-            "The truth here is the same scene with eight times as many intervals, or five or three "
-            "times; *no truth*: all have no answer there. " + judges(sides_judged[0]),
+            "The truth here is the same scene with eight times as many intervals (or five or "
+            "three, where that has no answer), at most 1,440; *no truth*: none has an answer. "
+            + judges(sides_judged[0]),
             features(sides_features[0]),
             failures(sides[0], sides_tried[0]),
             "![Random direct contact](results/atlas_sides.png)",

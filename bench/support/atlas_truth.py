@@ -4,7 +4,7 @@ The truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`
 contact is claimed: it finds the exact equilibrium next to it, and none where there is none. Several
 contacts, contacts that stick, and those for which a thin end makes shooting too sensitive to close
 are compared with the same scene with other modes. For direct contact the truth is the same scene
-with eight times as many intervals, or with fewer where that has no answer.
+with up to eight times as many intervals.
 """
 
 import extremes
@@ -26,7 +26,8 @@ ORDERS = (32, 24)
 """Modes of the scene that an answer is compared with, and of one that has the first number."""
 TIMES = (8, 5, 3)
 """As many intervals; the next where a row has no answer with the first."""
-MOST_INTERVALS = 10_000
+MOST_INTERVALS = 1_440
+"""Of a truth; scenes with as many or more have none."""
 PATH_POINTS = 90
 ROUNDING = 1e-14
 """Finger lengths to which any place is known: a force is as little known as what it moves."""
