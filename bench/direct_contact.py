@@ -20,11 +20,12 @@ from matplotlib.axes import Axes
 from support import DATA, RESULTS, ROOT, markdown_table, print_table, read_json, write_json
 
 import fastncm
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.solving import solve_surfaces
 from fastncm.path import surface_rows
 from fastncm.plot.style import empty_figure, legend, open_frame, save
 from fastncm.scene import Scene, tabulate
 from fastncm.sqp import status
-from fastncm.surface import lower_surface, solve_surfaces
 
 SCENE = fastncm.load_scene("rubber-ellipse")
 INTERVALS = (45, 90, 180, 360, 720, 1440, 2880, 5760)

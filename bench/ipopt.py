@@ -23,8 +23,9 @@ from ipopt_baseline import TOLERANCE, Baseline, Form
 from support import DATA, markdown_table, print_table, read_json, write_json
 
 import fastncm
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.solving import solve_surfaces
 from fastncm.scene import Pose, Scene, tabulate
-from fastncm.surface import lower_surface, solve_surfaces
 
 SCENE = fastncm.load_scene("rubber-ellipse")
 DEGREES = (126, 120, 114, 108, 102, 96, 90, 84, 78)

@@ -24,9 +24,10 @@ from support.rivals import relative_errors
 from support.rivals_surface import SurfaceRival
 
 import fastncm
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.solving import solve_surfaces
 from fastncm.plot.style import empty_figure, save
 from fastncm.scene import Pose, Scene, tabulate
-from fastncm.surface import lower_surface, solve_surfaces
 
 SCENES = 60
 SEED = 20261122

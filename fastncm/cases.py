@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fastncm import columns as names
+from fastncm.direct.cases import solve_surface_cases, surface_scale_only_names
+from fastncm.direct.columns import surface_case_units, surface_curve_units
 from fastncm.errors import SceneError
 from fastncm.first_use import prepare
 from fastncm.lowering import Lowered, lower
@@ -17,8 +19,6 @@ from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
 from fastncm.scene import CaseGroup, Scene, tabulate
 from fastncm.sqp import status
-from fastncm.surface_cases import solve_surface_cases, surface_scale_only_names
-from fastncm.surface_columns import surface_case_units, surface_curve_units
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from fastncm.columns import CURVE_UNITS, advice, curve_columns
 from fastncm.curve_base import Curve, Peak, checked_positions
+from fastncm.direct.curve import solve_surface
 from fastncm.first_use import prepare
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
@@ -21,7 +22,6 @@ from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
 from fastncm.scene import Scene, tabulate
 from fastncm.sqp import status
-from fastncm.surface_curve import solve_surface
 from fastncm.trace import Solved, kkt_tolerance, solve_paths
 
 __all__ = ["Curve", "JawCurve", "Peak", "solve"]

@@ -1,4 +1,4 @@
-"""What every curve can be asked, whatever touches: a jaw (`curve`) or a side (`surface_curve`)."""
+"""What every curve can be asked, whatever touches: a jaw (`curve`) or a side (`direct.curve`)."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

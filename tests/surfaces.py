@@ -8,20 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fastncm.direct.lowering import LoweredSurface, lower_surface
+from fastncm.direct.solving import SolvedSurface, contacts_at, finger_at, solve_surfaces
 from fastncm.kernels.cache import JIT_OFF
 from fastncm.kernels.nodal import NodalProblem
 from fastncm.path import surface_rows
 from fastncm.path.surface_trace import SurfaceTrace
 from fastncm.scene import load_scene, tabulate
 from fastncm.sqp import status
-from fastncm.surface import (
-    LoweredSurface,
-    SolvedSurface,
-    contacts_at,
-    finger_at,
-    lower_surface,
-    solve_surfaces,
-)
 
 interpreted = pytest.mark.skipif(
     not JIT_OFF,

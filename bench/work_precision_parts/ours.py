@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 
 import fastncm
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.solving import solve_surfaces
 from fastncm.lowering import lower
 from fastncm.scene import Scene, tabulate
-from fastncm.surface import lower_surface, solve_surfaces
 from fastncm.trace import solve_paths
 from work_precision_parts.problems import FORCES, Problem, jaw_truth
 

@@ -7,19 +7,13 @@ import numpy as np
 import pandas as pd
 
 from fastncm.curve_base import Curve, Peak
+from fastncm.direct.columns import surface_curve_columns, surface_curve_units
+from fastncm.direct.lowering import LoweredSurface, lower_surface
+from fastncm.direct.solving import SolvedSurface, contacts_at, finger_at, solve_surfaces
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_reduce import Summary, parabola_vertex, summarise_surfaces
 from fastncm.scene import CaseGroup, Scene, tabulate
 from fastncm.sqp import status
-from fastncm.surface import (
-    LoweredSurface,
-    SolvedSurface,
-    contacts_at,
-    finger_at,
-    lower_surface,
-    solve_surfaces,
-)
-from fastncm.surface_columns import surface_curve_columns, surface_curve_units
 
 Array = np.ndarray
 

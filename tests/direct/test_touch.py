@@ -8,10 +8,10 @@ import pytest
 from scipy.optimize import brentq
 
 import fastncm
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.touch import first_touches
 from fastncm.plot.outlines import target_outline
 from fastncm.scene import load_scene, tabulate
-from fastncm.surface import lower_surface
-from fastncm.surface_touch import first_touches
 
 FINGER = load_scene("rubber-ellipse").replace(
     {

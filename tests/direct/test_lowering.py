@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from surfaces import lowered_surface
 
-from fastncm import surface
+from fastncm.direct import targets
 
 SQUARE = [[-0.1, 0.0], [0.0, -0.07], [0.1, 0.0], [0.0, 0.07]]
 PLANE = {
@@ -48,4 +48,4 @@ def test_all_corners_of_a_square_are_seen_at_any_size(size: float) -> None:
     """Against an interval: a right angle turns more than nodes can follow, however short its
     sides."""
     square = size * np.array([[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]])
-    assert surface._sharp(square, interval=1.0).all()
+    assert targets._sharp(square, interval=1.0).all()

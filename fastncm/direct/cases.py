@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fastncm.path.surface_reduce import Summary, summarise_surfaces
-from fastncm.scene import CaseGroup, Scene
-from fastncm.surface import lower_surface, solve_surfaces
-from fastncm.surface_columns import (
+from fastncm.direct.columns import (
     surface_case_columns,
     surface_curve_columns,
 )
+from fastncm.direct.lowering import lower_surface
+from fastncm.direct.solving import solve_surfaces
+from fastncm.path.surface_reduce import Summary, summarise_surfaces
+from fastncm.scene import CaseGroup, Scene
 
 Array = np.ndarray
 

@@ -7,11 +7,11 @@ angles where the base turns, and a contact that is no point has an interval.
 import numpy as np
 
 from fastncm.columns import CASE_UNITS, CURVE_UNITS
+from fastncm.direct.lowering import LoweredSurface
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_reduce import Summary
 from fastncm.scene import Scene
 from fastncm.sqp import status
-from fastncm.surface import LoweredSurface
 
 Array = np.ndarray
 
