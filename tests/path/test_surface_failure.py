@@ -9,6 +9,8 @@ from surfaces import RUBBER
 import fastncm
 from fastncm.sqp import status
 
+pytestmark = pytest.mark.compiled
+
 #: More iterations than this no row takes, solved or not: of each of a few ways to it `_MOST`.
 SANE = 5000
 

@@ -1,7 +1,9 @@
 """The quadratic program of direct contact against SciPy's non-negative least squares.
 
 Without forces yet the program is strictly convex, and its dual in the multipliers is
-``min 1/2 lambda^T M lambda + b^T lambda, lambda >= 0`` with ``M = A H^-1 A^T``.
+``min 1/2 lambda^T M lambda + b^T lambda, lambda >= 0`` with ``M = A H^-1 A^T``. Points of a target
+that touch a finger with shear have gaps that depend on more than what their forces work on: there M
+is ``A H^-1 B^T``, and the answer is a complementary one.
 """
 
 import numpy as np
@@ -60,10 +62,11 @@ class Program:
         self.points = np.flatnonzero(over)
         no_forces = np.zeros(count)
         hessian = dense.hessian(u, no_forces, no_forces)
-        rows = np.array([dense.direction(u, k, 0.0) for k in self.points]).reshape(-1, len(u))
+        slopes = np.array([dense.gap_slope(u, k) for k in self.points]).reshape(-1, len(u))
+        loads = np.array([dense.direction(u, k, 0.0) for k in self.points]).reshape(-1, len(u))
         gradient = dense.energy_slope(u)
-        self.matrix = rows @ np.linalg.solve(hessian, rows.T)
-        self.right = self.state.gap[self.points] - rows @ np.linalg.solve(hessian, gradient)
+        self.matrix = slopes @ np.linalg.solve(hessian, loads.T)
+        self.right = self.state.gap[self.points] - slopes @ np.linalg.solve(hessian, gradient)
 
     def expected(self) -> np.ndarray:
         """Multipliers of the points (P,)."""
@@ -82,7 +85,7 @@ class Program:
 
 
 def check_conditions(program: Program, forces: np.ndarray) -> None:
-    """Neither penetration nor pull, one of gap and force is 0: enough for a minimum."""
+    """Neither penetration nor pull, one of gap and force is 0: where M is symmetric, a minimum."""
     gaps = program.matrix @ forces + program.right
     assert gaps.min() > -1e-8
     assert forces.min() >= -1e-12 * max(forces.max(), 1.0)
