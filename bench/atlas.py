@@ -38,15 +38,15 @@ SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
 SECONDS = 900.0
 """After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
-SHOT_SCENES = 300
+SHOT_SCENES = 200
 """Scenes of each kind of jaws of which every row is compared with shooting."""
-FINER_SCENES = 300
+FINER_SCENES = 100
 """Scenes of each kind of direct contact of which every row is compared with finer intervals."""
 SCENES_A_PIECE = 100
 """That are judged in one go."""
-TRIED = 40
+TRIED = 12
 """Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
-BY_SLSQP = 6
+BY_SLSQP = 3
 """And of those without friction that smaller steps do not solve, those that SLSQP gets."""
 DIGITS = 5
 """Scenes of each kind of jaws whose truth is computed to 34 digits."""
