@@ -16,7 +16,7 @@ from fastncm.first_use import prepare
 from fastncm.kernels import basis
 from fastncm.kernels import constants as c
 from fastncm.lowering import Lowered, lower
-from fastncm.path import reduce, rows
+from fastncm.path import reduce, rows, snap
 from fastncm.path.friction import INSERTION, turned_forces
 from fastncm.path.peaks import refine_peaks
 from fastncm.path.reduce import summarise
@@ -81,13 +81,28 @@ class JawCurve(Curve):
         return self._solved.order
 
     def frame(self) -> pd.DataFrame:
-        """One row per position, columns as in `fastncm.columns.CURVE_UNITS`; ``.attrs["units"]``
-        has the units."""
+        """One row per position, columns as in `fastncm.columns.CURVE_UNITS`, and `advice`: what to
+        do about a row that failed, and where the finger snaps. ``.attrs["units"]`` has the units.
+        """
         zero = np.zeros(1, dtype=np.int64)
         table = curve_columns(self._solved.trace.rows, self._lowered, zero, zero)
-        frame = pd.DataFrame(table)
-        frame.attrs["units"] = dict(CURVE_UNITS)
+        frame = pd.DataFrame(table | {"advice": self._advice_of_rows()})
+        frame.attrs["units"] = CURVE_UNITS | {"advice": ""}
         return frame
+
+    def _advice_of_rows(self) -> list[str]:
+        """What is said of each row: where the branch has ended before it, that; else what is said
+        of its status."""
+        number = self._solved.trace.rows[0, : len(self), rows.STATUS].astype(np.int64)
+        end = self._solved.trace.ends[0]
+        ended = end[snap.END_POSITION] != 0.0
+        begin = int(end[snap.END_ROW]) if ended else len(self)
+        said = []
+        for i, state in enumerate(number.tolist()):
+            failed = state > status.NO_CONTACT
+            told = i >= begin and (failed or i == begin)
+            said.append(self._advice(state) if told else status.ADVICE[state] if failed else "")
+        return said
 
     @property
     def status(self) -> str:
@@ -98,11 +113,13 @@ class JawCurve(Curve):
     @property
     def advice(self) -> str:
         """What to do about the status; empty where nothing is to be done."""
-        zero = np.zeros(1, dtype=np.int64)
-        number = self._summary[None, reduce.STATUS].astype(np.int64)
-        sentences = list(status.ADVICE)
-        ends = self._solved.trace.ends
-        return sentences[int(advice(ends, self._lowered, zero, zero, number, sentences)[0])]
+        return self._advice(int(self._summary[reduce.STATUS]))
+
+    def _advice(self, number: int) -> str:
+        """What is said of a status number, and of the place where the branch ends."""
+        zero, sentences = np.zeros(1, dtype=np.int64), list(status.ADVICE)
+        ends, numbers = self._solved.trace.ends, np.array([number])
+        return sentences[int(advice(ends, self._lowered, zero, zero, numbers, sentences)[0])]
 
     @property
     def peak(self) -> Peak:
@@ -123,8 +140,10 @@ class JawCurve(Curve):
 
     @property
     def retention(self) -> Peak:
-        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`."""
-        if self._summary[reduce.STATUS] > status.NO_CONTACT:
+        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`; NaN
+        where the path does not come back."""
+        comes_back = self._lowered.turn < len(self) - 1
+        if self._summary[reduce.STATUS] > status.NO_CONTACT or not comes_back:
             return Peak(float("nan"), float("nan"))
         return Peak(
             float(self._summary[reduce.RETENTION_POSITION] * self._lowered.scale.length[0]),

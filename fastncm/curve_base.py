@@ -48,12 +48,18 @@ class Curve(ABC):
     @abstractmethod
     def peak(self) -> Peak:
         """The located peak of the insertion force: 0 N where the target never touches, NaN where
-        some row failed, since the true peak may be there."""
+        some row on the way in failed, since the true peak may be there."""
+
+    @property
+    @abstractmethod
+    def retention(self) -> Peak:
+        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`; NaN
+        where the path does not come back."""
 
     @property
     @abstractmethod
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force over the whole path, in J."""
+        """Work that the target does against the insertion force on its way in, in J."""
 
     @abstractmethod
     def events(self) -> pd.DataFrame:

@@ -119,8 +119,14 @@ class ShootingResult:
         return np.array([*r, psi, gamma, moment])
 
 
-def solve(case: ShootingCase, position: float, feature: Feature | None = None) -> ShootingResult:
-    """The equilibrium with the target at `position` (m).
+def solve(
+    case: ShootingCase,
+    position: float,
+    feature: Feature | None = None,
+    near: tuple[float, float] | None = None,
+) -> ShootingResult:
+    """The equilibrium with the target at `position` (m); where there are several, that found from
+    `near`, a normal force (N) and a place (see `_jaw`).
 
     `feature` is "edge" (the segment's or arc's interior touches the circle or the block's corner)
     or "corner" (the jaw's corner a touches the circle or the block's underside); None lets the
@@ -136,6 +142,9 @@ def solve(case: ShootingCase, position: float, feature: Feature | None = None) -
         if case.target_radius is None:
             turn = math.atan2(-peak.force_x, -peak.force_y)  # until the normal is vertical
         start = np.array([peak.normal_force / _force_unit(case), turn])
+
+    if near is not None:
+        start = np.array([near[0] / _force_unit(case), near[1]])
 
     def miss(unknowns: Vector) -> Vector:
         target, normal = _contact(case, feature, *unknowns)

@@ -83,6 +83,13 @@ def test_solve_prints_the_curve_and_its_peak(capsys):
     assert float(position) == pytest.approx(0.0634628, rel=1e-6)
 
 
+def test_solve_says_why_rows_failed(capsys):
+    assert run("solve", "snapfit-circle", "--set", "friction.mu=3") == 1
+    out = capsys.readouterr().out
+    assert "failed: " in out
+    assert "with friction.mu up to" in out
+
+
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_solve_writes_all_rows(tmp_path, suffix, capsys):
     file = tmp_path / f"curve.{suffix}"

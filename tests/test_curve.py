@@ -61,7 +61,8 @@ def test_rtol_picks_the_order(scene: fastncm.Scene, rtol: float) -> None:
 
 def test_columns_and_units() -> None:
     frame = fastncm.solve(CIRCLE).frame()
-    assert list(frame.columns) == list(CURVE_UNITS)
+    assert list(frame.columns) == [*CURVE_UNITS, "advice"] == list(frame.attrs["units"])
+    assert (frame["advice"] == "").all()
     assert frame.attrs["units"]["force_x_N"] == "N"
     assert len(frame) == CIRCLE.path.steps
     first = frame.iloc[0]
@@ -149,6 +150,7 @@ def test_locking_friction_is_a_status() -> None:
     assert "friction.mu" in curve.advice
     failed = curve.frame().query("status == 'no_equilibrium'")
     assert failed["insertion_force_N"].isna().all()
+    assert failed["advice"].str.contains("friction.mu up to").all()
     assert np.isnan(curve.peak.insertion_force_N)
 
 

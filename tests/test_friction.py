@@ -1,6 +1,7 @@
 """Friction in equilibrium, on paths: forces against shooting, sticking, locking, the energy
 balance."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -99,6 +100,33 @@ def test_limit_point_of_the_path() -> None:
     # the branch of equilibria on corner a turns back there: beyond the event it goes uphill
     behind = replace(shooting.SNAPFIT_CIRCLE, mu=1.0)
     assert shooting.solve(behind, exact.position + 1e-6, "corner").energy < exact.energy
+
+
+def test_a_path_with_friction_goes_on_behind_a_snap() -> None:
+    """At mu = 0.9 the circle gets to corner a where the branch turns back: the finger snaps to an
+    equilibrium that shooting finds on the corner, and goes on there."""
+    case = replace(shooting.SNAPFIT_CIRCLE, mu=0.9)
+    curve = fastncm.solve(CIRCLE.replace({"friction.mu": 0.9}))
+    frame, edge = curve.frame(), shooting.peak_position(case)
+    assert curve.status == "converged"
+    told = frame["advice"] != ""
+    assert list(frame.index[told]) == [frame.index[frame["position"] < edge.position][0]]
+    place, energy = (
+        float(curve.advice.split(word)[1].split()[0]) for word in ("limit point at", "releases")
+    )
+    assert place == pytest.approx(edge.position, abs=1e-9)
+    jaw = CIRCLE.jaw
+    leaning = math.atan2(jaw.b[1] - jaw.a[1], jaw.b[0] - jaw.a[0]) + math.pi / 2
+    for _, row in frame[frame["position"] < edge.position].iterrows():
+        to_centre = row["position"] - row["contact_x_m"], CIRCLE.path.y - row["contact_y_m"]
+        turned = math.atan2(to_centre[1], to_centre[0]) - row["tip_angle_rad"] - leaning
+        near = row["normal_force_N"], turned
+        exact = shooting.solve(case, row["position"], "corner", near)
+        assert row["force_x_N"] == pytest.approx(exact.force_x, rel=1e-8)
+        assert exact.energy < edge.energy
+    behind = curve.events().iloc[-1]
+    assert behind["event"] == "after_change"
+    assert energy == pytest.approx(edge.energy - behind["energy_J"], rel=1e-3)
 
 
 WAYS = [

@@ -50,6 +50,8 @@ def solve(options: argparse.Namespace) -> int:
     failed = int((~frame["status"].isin(GOOD_STATUS)).sum())
     if failed:
         print(f"failed: {failed} of {len(frame)} positions")
+    if curve.advice:
+        print(curve.advice)
     return SOME_FAILED if failed else DONE
 
 

@@ -22,7 +22,7 @@ SHOWN_COLUMNS = (
 
 
 def print_curve(curve: "Curve") -> None:
-    """The curve at a glance: some of its rows, and the located peak."""
+    """The curve at a glance: some of its rows, and the located peaks."""
     import numpy as np
 
     frame = curve.frame()
@@ -30,10 +30,10 @@ def print_curve(curve: "Curve") -> None:
     print(table(frame.iloc[rows][list(SHOWN_COLUMNS)]))
     if len(rows) < len(frame):
         print(f"({len(rows)} of {len(frame)} positions; --out FILE writes all rows and columns)")
-    if np.isfinite(curve.peak.position):
-        unit = curve.scene.position_unit
-        force, position = curve.peak.insertion_force_N, curve.peak.position
-        print(f"peak: {force:.6g} N at position {position:.7g} {unit}")
+    for name, peak in (("peak", curve.peak), ("retention", curve.retention)):
+        if np.isfinite(peak.position):
+            unit = curve.scene.position_unit
+            print(f"{name}: {peak.insertion_force_N:.6g} N at position {peak.position:.7g} {unit}")
 
 
 def table(frame: "pd.DataFrame") -> str:

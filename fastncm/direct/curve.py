@@ -78,30 +78,44 @@ class SurfaceCurve(Curve):
             return status.ADVICE[status.NO_CONTACT]
         if self.status != status.WORDS[status.CONVERGED]:
             return str(frame["advice"][frame["status"] == self.status].iloc[0])
-        return str(frame["advice"].iloc[int(frame["error_estimate"].fillna(0.0).argmax())])
+        worst = frame.iloc[int(frame["error_estimate"].fillna(0.0).argmax())]
+        where = f"At {worst['position']:.6g} {self.scene.position_unit}: "
+        return f"{where}{worst['advice']}" if worst["advice"] else ""
 
     @property
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force over the whole path, in J."""
+        """Work that the target does against the insertion force on its way in, in J."""
         scale = self._lowered.scale
         return float(self._summary.work[0] * scale.force[0] * scale.length[0])
 
     @cached_property
     def peak(self) -> Peak:
         """The located peak of the insertion force: 0 N where the target never touches, NaN where
-        some row failed, since the true peak may be there.
+        some row on the way in failed, since the true peak may be there.
 
         The interval around the largest row is solved again, ever closer.
         """
-        if self._summary.status[0] > status.NO_CONTACT:
+        return self._located_peak(0, self._lowered.turn)
+
+    @cached_property
+    def retention(self) -> Peak:
+        """The located peak of the force that resists withdrawal (`path.withdraw`), like `peak`;
+        NaN where the path does not come back."""
+        if self._lowered.turn == len(self) - 1:
             return Peak(float("nan"), float("nan"))
-        position = self._positions
-        force = self._solved.trace.rows[0, :, rows.INSERTION]
-        at = int(force.argmax())
+        return self._located_peak(self._lowered.turn + 1, len(self) - 1)
+
+    def _located_peak(self, begin: int, end: int) -> Peak:
+        """The largest insertion force between the rows `begin` and `end`."""
+        table, position = self._solved.trace.rows[0], self._positions
+        if (table[: end + 1, rows.STATUS] > status.NO_CONTACT).any():
+            return Peak(float("nan"), float("nan"))
+        force = table[:, rows.INSERTION]
+        at = begin + int(force[begin : end + 1].argmax())
         if force[at] <= 0.0:
             return Peak(float(position[at]), 0.0)
         span = float(np.ptp(position))
-        first, last = max(at - 1, 0), min(at + 1, len(position) - 1)
+        first, last = max(at - 1, begin), min(at + 1, end)
         x, f = position[first : last + 1], force[first : last + 1]
         while abs(x[-1] - x[0]) > _PEAK_SHARE * span and _one_way(x):
             x = np.linspace(x[0], x[-1], _CLOSER)
@@ -178,11 +192,13 @@ class SurfaceCurve(Curve):
         return position
 
     def _closer(self, first: int, x: Array) -> Array:
-        """Rows (len(x), surface_rows.COLUMNS) at the positions `x`, reached along the path's rows
-        up to `first`, so that they lie on the same branch."""
+        """Rows (len(x), surface_rows.COLUMNS) at the positions `x` behind row `first`, reached
+        along the path's rows up to there, so that they lie on the same branch."""
         way = np.concatenate([self._positions[:first], x])
         solved = next(iter(solve_surfaces(lower_surface(self._group, way), shapes=False)))
         table: Array = solved.trace.rows[0, first:]
+        if self._lowered.turn <= first < len(self) - 1:  # positions of one's own have no way out
+            table[:, rows.INSERTION] *= -1.0
         return table
 
     def _change(self, k: int) -> tuple[float, float]:

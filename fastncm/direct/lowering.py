@@ -65,7 +65,7 @@ def lower_surface(group: CaseGroup, positions: Array | None = None) -> LoweredSu
     semi_x = v["target_radius"] if circle else v["semi_x"]
     semi_y = v["target_radius"] if circle else v["semi_y"]
     turns = scene.path.kind == "rotation"
-    touches = scene.path.start == "touch" and positions is None
+    touches = scene.path.start == "touch"  # with positions of one's own for the sense only
     start = v["start"]
     if touches:  # in a rotation it is looked for below
         start = v["stop"] if turns else first_touches(group)

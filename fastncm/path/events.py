@@ -114,42 +114,40 @@ def _changes(
         if len(side.t):
             solve_states(problem, tolerance, side)
         side.row[:, rows.KIND], side.row[:, rows.INTERVAL] = kind, interval[located]
-    snaps, rubs = before.good & ~after.good, problem.mu[before.design] > 0.0
-    _mark_snaps(trace, positions, some(before, snaps & rubs))
-    behind = _note_snaps(problem, tolerance, trace, some(before, snaps & ~rubs))
-    both = before.good & after.good
+    snaps, both = before.good & ~after.good, before.good & after.good
+    behind = _note_snaps(problem, tolerance, trace, positions, some(before, snaps))
     return some(before, both | snaps), some(after, both), behind
 
 
-def _note_snaps(problem: Problem, tolerance: float, trace: Trace, states: States) -> States:
-    """The branch of minima ends at `states` (S,): beyond its change of feature it turns back.
+def _note_snaps(
+    problem: Problem, tolerance: float, trace: Trace, positions: int, states: States
+) -> States:
+    """The branch of equilibria ends at `states` (S,): beyond its change of feature it turns back.
 
-    The finger snaps to the minimum that the row behind is of, followed back to there: those are
-    returned. The first snap of a path is told.
+    The finger snaps to the equilibrium that the row behind is of, followed back to there: those are
+    returned. The first snap of a path is told. Where no energy is released to such an equilibrium
+    with friction, the rows behind are of another branch than that from first touch, and
+    NO_EQUILIBRIUM until contact is lost and begins again.
     """
     d, row = states.design, states.row[:, rows.INTERVAL].astype(np.int64) + 1
     behind = make_states(d, states.t, np.full(len(d), -1), trace.shapes.shape[2])
     behind.u[:] = trace.shapes[d, row]
     behind.force[:] = trace.rows[d, row, rows.FORCE]
+    behind.side[:] = trace.rows[d, row, rows.SIDE]
     if len(d):
         solve_states(problem, tolerance, behind)
     released = states.row[:, rows.ENERGY] - behind.row[:, rows.ENERGY]
     falls = behind.good & (released > _LAST_STEP * states.row[:, rows.ENERGY])
     behind.row[:, rows.KIND], behind.row[:, rows.INTERVAL] = rows.AFTER_CHANGE, row - 1
     first = falls & (trace.ends[d, END_POSITION] == 0.0)
-    d = d[first]
-    trace.ends[d, END_ROW], trace.ends[d, END_POSITION] = row[first], states.t[first]
-    trace.ends[d, END_ENERGY], trace.ends[d, END_MU] = released[first], np.nan
-    return some(behind, falls)
-
-
-def _mark_snaps(trace: Trace, positions: int, states: States) -> None:
-    """The same with friction: the rows behind are of another branch than that from first touch, and
-    NO_EQUILIBRIUM until contact is lost and begins again."""
-    for d, interval in zip(states.design, states.row[:, rows.INTERVAL], strict=True):
-        state = trace.rows[d, int(interval) + 1 : positions, rows.STATUS]
+    told = d[first]
+    trace.ends[told, END_ROW], trace.ends[told, END_POSITION] = row[first], states.t[first]
+    trace.ends[told, END_ENERGY], trace.ends[told, END_MU] = released[first], np.nan
+    for lost in np.flatnonzero(~falls & (problem.mu[d] > 0.0)):
+        state = trace.rows[d[lost], row[lost] : positions, rows.STATUS]
         free = np.flatnonzero(state == status.NO_CONTACT)
         state[: free[0] if len(free) else None] = status.NO_EQUILIBRIUM
+    return some(behind, falls)
 
 
 def _walk_to_change(

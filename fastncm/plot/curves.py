@@ -1,12 +1,13 @@
 """Insertion force over the target's position (Lan & Lee 2008, Figs. 11, 12, 15)."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fastncm.curve import Curve
+from fastncm.curve import Curve, Peak
 from fastncm.plot.style import (
     MARK,
     label,
@@ -18,33 +19,80 @@ from fastncm.plot.style import (
     subtitle,
 )
 
+#: Opacity of what belongs to the way out.
+PALE = 0.4
+#: Share of an axis' height that two labels need between them.
+_ROOM = 0.2
+
 
 def draw_curve(ax: Axes, curve: Curve, colour: object = "black", name: str | None = None) -> None:
-    """One force curve, with its located peak as a point of the line."""
+    """One force curve, with its located peaks, in and out, as points of the line."""
     position, force = line_through_events(curve)
+    draw_ways(ax, curve, position, force, color=colour, label=name, linewidth=1.4)
     unit = position_name(curve.scene)
-    ax.plot(shown(unit, position), force, color=colour, label=name, linewidth=1.4)
-    if np.isfinite(curve.peak.position):
+    for peak, _ in located_peaks(curve).values():
         ax.plot(
-            shown(unit, curve.peak.position),
-            curve.peak.insertion_force_N,
-            "o",
-            color=colour,
-            markersize=3.5,
+            shown(unit, peak.position), peak.insertion_force_N, "o", color=colour, markersize=3.5
         )
 
 
+def draw_ways(
+    ax: Axes, curve: Curve, position: np.ndarray, values: np.ndarray, **style: object
+) -> None:
+    """Values over positions in m or rad along the path; the way out again is pale."""
+    name = style.pop("label", None)
+    x = shown(position_name(curve.scene), position)
+    for back, way in enumerate(ways(position)):
+        pale = PALE if back % 2 else 1.0
+        ax.plot(x[way], values[way], label=None if back else name, alpha=pale, **style)  # type: ignore[arg-type]
+
+
+def ways(position: np.ndarray) -> list[slice]:
+    """The stretches of a path between the places where it turns back, which are in both."""
+    sense = np.sign(np.diff(position))
+    moves = np.flatnonzero(sense)
+    turns = moves[1:][sense[moves[1:]] != sense[moves[:-1]]]
+    edges = [0, *turns.tolist(), len(position) - 1]
+    return [slice(first, last + 1) for first, last in pairwise(edges)]
+
+
+def is_on_way_back(curve: Curve, row: int) -> bool:
+    """Whether the path has turned back before a row (and not once more)."""
+    position = curve.frame()["position"].to_numpy()
+    return bool(sum(way.stop - 1 < row for way in ways(position)) % 2)
+
+
+def located_peaks(curve: Curve) -> dict[str, tuple[Peak, int]]:
+    """The largest insertion force and, on a way out, the largest that resists it, where known, each
+    with the last row before it."""
+    position = curve.frame()["position"].to_numpy()
+    found = {}
+    for (name, peak), way in zip(
+        {"peak": curve.peak, "retention": curve.retention}.items(), ways(position), strict=False
+    ):
+        if np.isfinite(peak.position):
+            sense = np.sign(position[way.stop - 1] - position[way.start])
+            passed = int((sense * position[way] <= sense * peak.position).sum())
+            found[name] = peak, way.start + max(0, passed - 1)
+    return found
+
+
 def line_through_events(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """Positions in m or rad and insertion forces in N along the path: samples, peak and located
+    """Positions in m or rad and insertion forces in N along the path: samples, located peaks and
     events.
 
-    The peak is a kink, and the force may jump: a grid of positions misses both.
+    A peak is a kink, and the force may jump: a grid of positions misses both.
     """
     names = ["position", "insertion_force_N"]
-    samples, events = curve.frame()[names].to_numpy(), curve.events()[names].to_numpy()
-    points = np.concatenate([samples, [curve.peak], events])
-    sense = 1.0 if samples[0, 0] < samples[-1, 0] else -1.0
-    position, force = points[np.argsort(sense * points[:, 0], kind="stable")].T
+    samples, events = curve.frame()[names].to_numpy(), curve.events()
+    peaks = list(located_peaks(curve).values())
+    extra = [*(peak for peak, _ in peaks), *events[names].to_numpy().tolist()]
+    behind = [*(row for _, row in peaks), *events["interval"].tolist()]
+    points = np.concatenate([samples, np.reshape(extra, (-1, 2))])
+    row = np.concatenate([np.arange(len(samples)), np.array(behind, dtype=np.int64)])
+    sense = np.sign(np.diff(samples[:, 0], append=samples[-1, 0]))
+    ahead = np.where(np.arange(len(points)) < len(samples), -np.inf, sense[row] * points[:, 0])
+    position, force = points[np.lexsort((ahead, row))].T
     return position, force
 
 
@@ -71,28 +119,36 @@ def label_force_axes(ax: Axes, curve: Curve) -> None:
 
 
 def label_positions(ax: Axes, curve: Curve) -> None:
-    """Positions of the target, or angles of the base, in the sense of the path."""
-    position = curve.frame()["position"]
-    if position.iloc[0] >= position.iloc[-1]:
+    """Positions of the target, or angles of the base, in the sense of the path's first way."""
+    position = curve.frame()["position"].to_numpy()
+    first, *others = ways(position)
+    if position[first.start] >= position[first.stop - 1]:
         ax.invert_xaxis()
-    ax.set_xlabel(f"{label(position_name(curve.scene))}   (insertion to the right)")
+    senses = "to the right; pale: back" if others else "insertion to the right"
+    ax.set_xlabel(f"{label(position_name(curve.scene))}   ({senses})")
 
 
 def mark_peak(ax: Axes, curve: Curve) -> None:
-    """The located peak in words, in the space above the line."""
+    """The located peaks in words, in the space above the line."""
     ax.margins(y=0.15)
-    peak = curve.peak
-    if np.isfinite(peak.position):
-        place = float(shown(position_name(curve.scene), peak.position))
-        unit = "°" if curve.scene.position_unit == "rad" else " mm"
+    name = position_name(curve.scene)
+    unit = "°" if curve.scene.position_unit == "rad" else " mm"
+    peaks = located_peaks(curve)
+    heights = [peak.insertion_force_N for peak, _ in peaks.values()]
+    low, high = ax.get_ylim()
+    crowded = len(heights) > 1 and abs(heights[1] - heights[0]) < _ROOM * (high - low)
+    for word, (peak, _) in peaks.items():
+        below = crowded and peak.insertion_force_N == min(heights)
+        place = float(shown(name, peak.position))
         early = ax.transLimits.transform((place, 0.0))[0] < 0.5  # no room on its left
         ax.annotate(
-            f"peak {peak.insertion_force_N:.4f} N at {place:.4f}{unit}",
+            f"{word} {peak.insertion_force_N:.4f} N at {place:.4f}{unit}",
             (place, peak.insertion_force_N),
-            xytext=(8 if early else -8, 2),
+            xytext=(8 if early else -8, -2 if below else 2),
             textcoords="offset points",
             ha="left" if early else "right",
-            va="bottom",
+            va="top" if below else "bottom",
             color=MARK,
             fontsize=9,
+            bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0.0, "pad": 0.5},
         )

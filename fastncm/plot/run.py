@@ -9,9 +9,15 @@ import numpy as np
 from fastncm.curve import Curve, solve
 from fastncm.errors import SweepError
 from fastncm.plot.chart import LINES, by_importance, chosen, line_chart, map_chart
-from fastncm.plot.curves import curves_figure, draw_curve, label_force_axes, mark_peak
+from fastncm.plot.curves import (
+    curves_figure,
+    draw_curve,
+    label_force_axes,
+    located_peaks,
+    mark_peak,
+)
 from fastncm.plot.scatter import scatter_figure
-from fastncm.plot.shapes import draw_shapes, height_of_shapes, shapes_figure
+from fastncm.plot.shapes import draw_shapes, height_of_shapes, shapes_figure, solved_rows
 from fastncm.plot.style import empty_figure, open_frame, save, title, value_label
 from fastncm.plot.surface import surface_figure, surface_pictures
 from fastncm.scene import Scene
@@ -70,14 +76,13 @@ def plot_curve(curve: Curve, file: str | os.PathLike[str]) -> Path:
 
 
 def snapshot_rows(curve: Curve) -> list[int]:
-    """Rows worth a picture: spread along the path, one of them the last before the peak."""
-    position = curve.frame()["position"].to_numpy()
-    order = np.argsort(-position)
-    rows = np.linspace(0, len(position) - 1, SNAPSHOTS + 1).round()[1:].astype(int)
-    if np.isfinite(curve.peak.position):
-        peak = max(0, int((position >= curve.peak.position).sum()) - 1)
-        rows[np.argmin(np.abs(rows - peak))] = peak
-    return [int(order[row]) for row in sorted(set(rows))]
+    """Rows worth a picture: spread along the path as far as it is solved, and the last before each
+    located peak."""
+    rows = solved_rows(curve)
+    rows = rows[np.linspace(0, len(rows) - 1, SNAPSHOTS + 1).round().astype(int)[1:]]
+    for _, before in located_peaks(curve).values():
+        rows[np.argmin(np.abs(rows - before))] = before
+    return sorted(set(rows.tolist()))
 
 
 def _grid_pictures(study: Study, grid: Grid, out: Path) -> list[Path]:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Polygon
 
 from fastncm.curve import Curve
+from fastncm.plot.curves import is_on_way_back
 from fastncm.plot.outlines import finger_outline, jaw_outline, target_outline
 from fastncm.plot.style import (
     GREY,
@@ -19,6 +20,7 @@ from fastncm.plot.style import (
     shown,
     subtitle,
 )
+from fastncm.sweeping.read import GOOD_STATUS
 
 FINGER = "#7fa8c9"
 TARGET = "0.86"
@@ -26,6 +28,12 @@ TARGET_HEIGHT = 0.2  # what is shown of a jaw's target above path.y, in finger l
 TARGET_MARGIN = 0.3  # what is shown of a target around a finger in direct contact, likewise
 ARROW = 0.25  # length of the longest contact force, in finger lengths
 HATCH = 0.1  # half the width of the clamp's line, in finger lengths
+
+
+def solved_rows(curve: Curve) -> np.ndarray:
+    """The rows that there are shapes of; all, where none is solved."""
+    solved = np.flatnonzero(curve.frame()["status"].isin(GOOD_STATUS))
+    return solved if len(solved) else np.arange(len(curve))
 
 
 def shapes_figure(curve: Curve, rows: Sequence[int]) -> Figure:
@@ -81,14 +89,18 @@ def draw_shape(ax: Axes, curve: Curve, row: int, force_scale: float) -> None:
         ax.add_patch(Polygon(1e3 * outline, facecolor=FINGER, edgecolor="black", linewidth=0.6))
     _draw_clamp(ax, curve, result["position"])
     _draw_forces(ax, curve, row, force_scale)
-    subtitle(ax, _title(curve, result["position"], result))
+    subtitle(ax, _title(curve, row, result))
 
 
-def _title(curve: Curve, position: float, result: object) -> str:
+def _title(curve: Curve, row: int, result: object) -> str:
     """Where the snapshot is on the path, and the force there."""
-    unit = position_name(curve.scene)
-    at = f"{shown(unit, position):.2f}"
-    where = f"φ = {at}°" if unit == "base_angle" else f"target at {at} mm"
+    unit, back = position_name(curve.scene), is_on_way_back(curve, row)
+    at = f"{shown(unit, result['position']):.2f}"  # type: ignore[index]
+    where = f"target {'back ' if back else ''}at {at} mm"
+    if unit == "base_angle":
+        where = f"φ = {at}°{' on the way back' if back else ''}"
+    if result["status"] not in GOOD_STATUS:  # type: ignore[index]
+        return f"{where}, {result['status']}"  # type: ignore[index]
     if curve.scene.jaw is None:
         force = np.hypot(result["force_x_N"], result["force_y_N"])  # type: ignore[index]
         return f"{where}\ncontact force {force:.4g} N"

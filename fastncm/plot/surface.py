@@ -10,8 +10,15 @@ from matplotlib.figure import Figure
 
 from fastncm.curve import Curve, solve
 from fastncm.errors import FastNcmError
-from fastncm.plot.curves import draw_curve, label_force_axes, label_positions, mark_peak
-from fastncm.plot.shapes import draw_shapes, height_of_shapes
+from fastncm.plot.curves import (
+    draw_curve,
+    draw_ways,
+    is_on_way_back,
+    label_force_axes,
+    label_positions,
+    mark_peak,
+)
+from fastncm.plot.shapes import draw_shapes, height_of_shapes, solved_rows
 from fastncm.plot.style import (
     GREY,
     empty_figure,
@@ -65,9 +72,9 @@ def surface_pictures(curve: Curve, out: Path) -> list[Path]:
 
 
 def spread_rows(curve: Curve) -> list[int]:
-    """Rows worth a snapshot: the path's first and last one, and some in between."""
-    last = len(curve) - 1
-    return sorted({round(row) for row in np.linspace(0, last, SNAPSHOTS)})
+    """Rows worth a snapshot: the first and the last that are solved, and some in between."""
+    rows = solved_rows(curve)
+    return sorted({int(rows[round(place)]) for place in np.linspace(0, len(rows) - 1, SNAPSHOTS)})
 
 
 def draw_models(ax: Axes, curve: Curve) -> None:
@@ -100,19 +107,18 @@ def other_models(curve: Curve) -> Mapping[str, Curve]:
 def draw_force(ax: Axes, curve: Curve, name: str, **style: object) -> None:
     """Magnitude of the total force on the finger over the position."""
     frame = curve.frame()
-    force = np.hypot(frame["force_x_N"], frame["force_y_N"])
-    position = shown(position_name(curve.scene), frame["position"])
-    ax.plot(position, force, label=name, **style)  # type: ignore[arg-type]
+    force = np.hypot(*frame[["force_x_N", "force_y_N"]].to_numpy().T)
+    draw_ways(ax, curve, frame["position"].to_numpy(), force, label=name, **style)
 
 
 def draw_insertion(ax: Axes, curve: Curve) -> None:
     """The insertion force with its peak, and the components of the force on the finger."""
     open_frame(ax)
     frame = curve.frame()
-    position = shown(position_name(curve.scene), frame["position"])
+    position = frame["position"].to_numpy()
     for column, colour in COMPONENTS.items():
-        name = f"on the finger, {column[6]}"
-        ax.plot(position, frame[column], color=colour, linewidth=1.2, label=name)
+        style = {"color": colour, "linewidth": 1.2, "label": f"on the finger, {column[6]}"}
+        draw_ways(ax, curve, position, frame[column].to_numpy(), **style)
     draw_curve(ax, curve, name="insertion")
     label_force_axes(ax, curve)
     ax.set_ylabel("force / N")
@@ -129,6 +135,7 @@ def draw_field(ax: Axes, curve: Curve, rows: Sequence[int], field: str) -> None:
         degrees = np.degrees(angle)
         place = float(shown(position_name(curve.scene), curve.frame()["position"].iloc[row]))
         unit = "°" if curve.scene.position_unit == "rad" else " mm"
+        unit += " back" if is_on_way_back(curve, row) else ""
         s = 1e3 * shape["s_m"]
         ax.plot(s, degrees, color=colour, linewidth=1.3, label=f"{place:.4g}{unit}")
         touching = 1e3 * contacts["s_m"]

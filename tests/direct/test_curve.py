@@ -169,6 +169,23 @@ def test_the_peak_is_located(rubber: fastncm.Curve) -> None:
     assert rubber.peak.insertion_force_N >= dense["insertion_force_N"].max() * (1 - 1e-9)
 
 
+def test_without_friction_the_way_back_is_the_way_in(rubber: fastncm.Curve) -> None:
+    """What resists withdrawal is what pushed the target along on its way in."""
+    both = fastncm.solve(RUBBER.replace({"path.withdraw": True}))
+    assert both.peak == rubber.peak
+    assert both.insertion_work_J == rubber.insertion_work_J
+    back = fastncm.solve(RUBBER, positions=rubber.frame()["position"][::-1].to_numpy())
+    frame = back.frame()
+    least = frame["insertion_force_N"].argmin()
+    way = np.linspace(*frame["position"].iloc[[least - 1, least + 1]], 201)
+    dense = fastncm.solve(
+        RUBBER, positions=np.concatenate([frame["position"].iloc[:least], way])
+    ).frame()
+    pushing = -dense["insertion_force_N"].iloc[least:].min()
+    assert both.retention.insertion_force_N == pytest.approx(pushing, rel=1e-5)
+    assert np.isnan(rubber.retention.insertion_force_N)
+
+
 def test_touch_and_peak_of_a_wall() -> None:
     """The tip's right corner of the undeformed finger touches the wall first."""
     curve = fastncm.solve(RUBBER.replace(PLANE))
@@ -203,6 +220,8 @@ def test_a_path_may_start_at_the_touch() -> None:
     assert frame["position"].iloc[0] == pytest.approx(tip, abs=1e-12)
     assert (frame["status"].iloc[1:] == "converged").all()
     assert (frame["insertion_force_N"].iloc[1:] > 0).all()
+    turning = fastncm.solve(RUBBER.replace({"path.start": "touch"}))
+    assert turning.peak.insertion_force_N >= turning.frame()["insertion_force_N"].max() > 0.0
 
 
 def test_never_touching_is_a_result() -> None:

@@ -7,11 +7,11 @@ import pytest
 from fastncm.curve import solve
 from fastncm.plot import plot_curve, plot_run
 from fastncm.plot.chart import by_importance, chosen, line_chart, map_chart
-from fastncm.plot.curves import curves_figure, line_through_events
+from fastncm.plot.curves import PALE, curves_figure, draw_curve, line_through_events, ways
 from fastncm.plot.outlines import contour, finger_outline, jaw_outline, target_outline
 from fastncm.plot.run import snapshot_rows
 from fastncm.plot.shapes import shapes_figure
-from fastncm.plot.style import label, shown, value_label
+from fastncm.plot.style import label, new_figure, shown, value_label
 from fastncm.scene import load_scene
 from fastncm.sweeping import Report, Study, load, sweep
 
@@ -66,6 +66,30 @@ def test_the_force_line_passes_through_the_located_peak(curves):
         assert (np.diff(position) <= 0).all()
         assert np.nanmax(force) == pytest.approx(curve.peak.insertion_force_N, rel=1e-12)
         assert position[np.nanargmax(force)] == pytest.approx(curve.peak.position, rel=1e-12)
+
+
+def test_a_path_in_and_out_is_drawn_in_its_order():
+    """Two ways, each with positions in one sense and with its own peak; the second one pale."""
+    curve = solve(CIRCLE.replace({"friction.mu": 0.3, "path.withdraw": True}))
+    position, force = line_through_events(curve)
+    there, back = ways(position)
+    assert (np.diff(position[there]) <= 0).all()
+    assert (np.diff(position[back]) >= 0).all()
+    assert force[there].max() == pytest.approx(curve.peak.insertion_force_N, rel=1e-12)
+    assert force[back][1:].max() == pytest.approx(curve.retention.insertion_force_N, rel=1e-12)
+    figure, axes = new_figure(4, 3)
+    draw_curve(axes[0, 0], curve)
+    assert [line.get_alpha() for line in axes[0, 0].lines[:2]] == [1.0, PALE]
+    titles = [ax.get_title(loc="left") for ax in shapes_figure(curve, snapshot_rows(curve)).axes]
+    assert sum("target back at" in title for title in titles) == 3
+
+
+def test_failed_rows_get_no_snapshot():
+    """Friction locks the finger in: there are shapes on the way in only."""
+    curve = solve(CIRCLE.replace({"friction.mu": 1.0, "path.withdraw": True}))
+    status = curve.frame()["status"]
+    assert (status == "no_equilibrium").any()
+    assert status.iloc[snapshot_rows(curve)].isin(["converged", "no_contact"]).all()
 
 
 def test_curves_are_in_millimetres_and_named(curves):
