@@ -114,6 +114,7 @@ class SurfaceCurve(Curve):
         at = begin + int(force[begin : end + 1].argmax())
         if force[at] <= 0.0:
             return Peak(float(position[at]), 0.0)
+        sampled = Peak(position[at], force[at])
         span = float(np.ptp(position))
         first, last = max(at - 1, begin), min(at + 1, end)
         x, f = position[first : last + 1], force[first : last + 1]
@@ -129,6 +130,8 @@ class SurfaceCurve(Curve):
             vertex, place = parabola_vertex(x, f)
             if np.isfinite(vertex):
                 value, best = vertex, place
+        if value < sampled.insertion_force_N:  # the row could not be followed to (see its advice)
+            best, value = sampled
         return Peak(float(best), float(value * self._lowered.scale.force[0]))
 
     def events(self) -> pd.DataFrame:
