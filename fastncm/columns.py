@@ -143,7 +143,7 @@ def advice(
         length, force = lowered.scale.length[chosen[i]], lowered.scale.force[chosen[i]]
         _, position, mu, energy = ends[design[i]].tolist()
         said[i] = len(sentences)
-        rubs = bool(lowered.mu[chosen[i]] > 0.0)
+        rubs = bool(lowered.mu[lowered.problem_of[chosen[i]]] > 0.0)
         sentences.append(
             status.end_of_branch(
                 int(number[i]), rubs, position * length, mu, energy * force * length

@@ -78,6 +78,20 @@ def test_one_failing_case_does_not_end_the_others() -> None:
     assert "friction.mu" in table["advice"][1]
 
 
+def test_cases_that_share_a_snap_are_each_told_of_theirs() -> None:
+    """One path for all; the energy that it releases grows with the cube of the thickness."""
+    thickness = np.array([0.0026, 0.0032, 0.0042])
+    scene = CIRCLE.replace({"friction.mu": 0.9})
+    table = fastncm.solve_cases(scene, pd.DataFrame({"finger.thickness": thickness}))
+    assert table.attrs["shape_paths"] == 1
+    place, energy = (
+        table["advice"].str.extract(rf"{word} ([\d.e-]+)", expand=False).astype(float)
+        for word in ("limit point at", "releases")
+    )
+    assert place.nunique() == 1
+    np.testing.assert_allclose(energy / energy[0], (thickness / thickness[0]) ** 3, rtol=1e-3)
+
+
 def test_bad_cases_are_refused() -> None:
     with pytest.raises(fastncm.SceneError, match=r"finger\.thickness"):
         fastncm.solve_cases(CIRCLE, pd.DataFrame({"finger.thickness": [0.003, -1.0]}))
