@@ -134,7 +134,10 @@ class JawCurve(Curve):
 
     @property
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force on its way in, in J."""
+        """Work that the target does against the insertion force on its way in, in J; NaN where some
+        row there failed."""
+        if self._summary[reduce.STATUS_IN] > status.NO_CONTACT:
+            return float("nan")
         scale = self._lowered.scale
         return float(self._summary[reduce.WORK] * scale.force[0] * scale.length[0])
 

@@ -59,7 +59,8 @@ class Curve(ABC):
     @property
     @abstractmethod
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force on its way in, in J."""
+        """Work that the target does against the insertion force on its way in, in J; NaN where some
+        row there failed."""
 
     @abstractmethod
     def events(self) -> pd.DataFrame:

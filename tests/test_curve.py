@@ -152,6 +152,7 @@ def test_locking_friction_is_a_status() -> None:
     assert failed["insertion_force_N"].isna().all()
     assert failed["advice"].str.contains("friction.mu up to").all()
     assert np.isnan(curve.peak.insertion_force_N)
+    assert np.isnan(curve.insertion_work_J)
 
 
 @pytest.mark.parametrize("positions", [[], "ab", [[0.07]], [0.07, float("nan")], [None]])

@@ -84,7 +84,10 @@ class SurfaceCurve(Curve):
 
     @property
     def insertion_work_J(self) -> float:
-        """Work that the target does against the insertion force on its way in, in J."""
+        """Work that the target does against the insertion force on its way in, in J; NaN where some
+        row there failed."""
+        if self._failed_until(self._lowered.turn):
+            return float("nan")
         scale = self._lowered.scale
         return float(self._summary.work[0] * scale.force[0] * scale.length[0])
 
@@ -105,10 +108,15 @@ class SurfaceCurve(Curve):
             return Peak(float("nan"), float("nan"))
         return self._located_peak(self._lowered.turn + 1, len(self) - 1)
 
+    def _failed_until(self, end: int) -> bool:
+        """Whether some row up to `end` failed."""
+        state = self._solved.trace.rows[0, : end + 1, rows.STATUS]
+        return bool((state > status.NO_CONTACT).any())
+
     def _located_peak(self, begin: int, end: int) -> Peak:
         """The largest insertion force between the rows `begin` and `end`."""
         table, position = self._solved.trace.rows[0], self._positions
-        if (table[: end + 1, rows.STATUS] > status.NO_CONTACT).any():
+        if self._failed_until(end):
             return Peak(float("nan"), float("nan"))
         force = table[:, rows.INSERTION]
         at = begin + int(force[begin : end + 1].argmax())
