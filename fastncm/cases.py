@@ -116,7 +116,7 @@ def solve_chunk(
     shape_paths, solves, compiled = 0, 0, 0.0
     for group in groups:
         if group.scene.jaw is None:
-            done = solve_surface_cases(group, curves)
+            done = solve_surface_cases(group, curves, sentences)
             for name, column in cases.items():
                 column[group.rows] = done.cases.get(name, np.nan)
             parts += done.curves

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastncm.direct.columns import (
+    surface_case_advice,
     surface_case_columns,
     surface_curve_columns,
 )
@@ -44,8 +45,9 @@ def surface_scale_only_names(scene: Scene) -> frozenset[str]:
     return frozenset(names)
 
 
-def solve_surface_cases(group: CaseGroup, curves: bool) -> SurfaceCases:
-    """Solve all cases of a group whose finger touches with its own side."""
+def solve_surface_cases(group: CaseGroup, curves: bool, sentences: list[str]) -> SurfaceCases:
+    """Solve all cases of a group whose finger touches with its own side. sentences: of advice; what
+    is said of one case alone is added."""
     lowered = lower_surface(group)
     count = len(group.rows)
     cases: dict[str, Array] = {}
@@ -63,7 +65,11 @@ def solve_surface_cases(group: CaseGroup, curves: bool) -> SurfaceCases:
             solved.trace.rows, lowered.sense[solved.designs], lowered.turn
         )
         summary = Summary(*(values[own] for values in summaries))
-        for name, values in surface_case_columns(summary, lowered, chosen).items():
+        columns = surface_case_columns(summary, lowered, chosen)
+        told = surface_case_advice(solved.trace.rows, lowered, chosen, own, sentences)
+        columns["advice"] = columns["advice"].copy()
+        columns["advice"][list(told)] = list(told.values())
+        for name, values in columns.items():
             cases.setdefault(name, np.empty(count, dtype=values.dtype))[chosen] = values
         if curves:
             curve = surface_curve_columns(solved.trace.rows, lowered, chosen, own)

@@ -10,6 +10,7 @@ from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.direct.lowering import LoweredSurface
 from fastncm.path import surface_rows as rows
 from fastncm.path.surface_reduce import Summary
+from fastncm.path.surface_way import AFRESH, COLD, EARLIER
 from fastncm.scene import Scene
 from fastncm.sqp import status
 
@@ -120,17 +121,70 @@ def _advice(picked: Array, number: Array, lowered: LoweredSurface, chosen: Array
         at, energy = picked[case, place, rows.SNAP], picked[case, place, rows.RELEASED]
         energy *= lowered.scale.force[chosen[case]] * length[case]
         advice[case, place] = (
-            f"The path passes a limit point at {at * unit[case]:.9g} "
-            f"{lowered.scene.position_unit}: the finger snaps from there and releases {energy:.4g} "
-            f"J. {advice[case, place]}"
+            f"The path passes a limit point at {_place(at * unit[case], lowered)}: the finger "
+            f"snaps from there and releases {energy:.4g} J. {advice[case, place]}"
         ).strip()
-    lost = (number == status.CONVERGED) & (picked[:, :, rows.LOST] > 0.0)
-    advice[lost] += (
+    lost, touching = picked[:, :, rows.LOST], number == status.CONVERGED
+    failed = (number > status.NO_CONTACT) & (number != status.INFEASIBLE)
+    ended = failed | (touching & (lost == AFRESH))
+    for case, place in zip(*np.nonzero(ended), strict=True):
+        advice[case, place] += _end_of_branch(picked[case, place], unit[case], lowered)
+    advice[touching & ((lost == AFRESH) | (lost == EARLIER))] += (
         " The finger could not be followed to here, as where it snaps: the shape is the one found "
         "beyond, which may be another than the path leads to. Contacts are taken to have slid for "
         "long; the error estimate covers any other friction."
     )
+    advice[touching & (lost == COLD)] += (
+        " The path begins here in contact: the shape is that of a finger that the target has met "
+        "from beside, on the side that touches, and contacts are taken to have slid for long. "
+        "There may be other shapes: energy_J and tip_angle_rad tell them apart."
+    )
     return advice
+
+
+def _place(position: float, lowered: LoweredSurface) -> str:
+    """A position of the path in words."""
+    if lowered.scene.position_unit == "m":
+        return f"{position:.9g} m"
+    return f"{position:.9g} rad ({np.degrees(position):.6f} degrees)"
+
+
+def _end_of_branch(row: Array, unit: float, lowered: LoweredSurface) -> str:
+    """What is known of the end of the branch before a row that is not solved."""
+    said, at, critical = "", row[rows.END], row[rows.CRITICAL]
+    if np.isfinite(at) and not (row[rows.RELEASED] > 0.0 and at == row[rows.SNAP]):
+        said = f" The branch ends at {_place(at * unit, lowered)}."
+    if critical > 0.0:
+        said += (
+            f" The finger slides on to this position with friction.mu up to {critical:.7f}: with "
+            "more, friction locks."
+        )
+    elif critical == 0.0:
+        said += " It ends before this position without friction, too."
+    return said
+
+
+def surface_case_advice(
+    table: Array, lowered: LoweredSurface, chosen: Array, design: Array, sentences: list[str]
+) -> dict[int, int]:
+    """Which of the chosen cases (their places there) are told what: the place of it in `sentences`,
+    which begins with `status.ADVICE` and is added to.
+
+    What their first row says that is not solved, or, where all are, that is on another branch than
+    the one before.
+    Arrays as in `surface_curve_columns`.
+    """
+    failed: Array = table[:, :, rows.STATUS] > status.NO_CONTACT
+    left = (table[:, :, rows.RELEASED] > 0.0) | (table[:, :, rows.LOST] == AFRESH)
+    told = np.where(failed.any(axis=1, keepdims=True), failed, left)
+    cases = np.flatnonzero((failed | left).any(axis=1)[design])
+    first = np.argmax(told, axis=1)[design[cases]]
+    picked = table[design[cases], first][:, None]
+    number = picked[:, :, rows.STATUS].astype(np.int64)
+    said = _advice(picked, number, lowered, chosen[cases])[:, 0]
+    begin = len(sentences)
+    sentences += said.tolist()
+    return dict(zip(cases.tolist(), range(begin, len(sentences)), strict=True))
 
 
 def surface_case_columns(

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from fastncm.curve_base import Curve, Peak
-from fastncm.direct.columns import surface_curve_columns, surface_curve_units
+from fastncm.direct.columns import position_scale, surface_curve_columns, surface_curve_units
 from fastncm.direct.lowering import LoweredSurface, lower_surface
 from fastncm.direct.solving import SolvedSurface, contacts_at, finger_at, solve_surfaces
 from fastncm.path import surface_rows as rows
@@ -21,6 +21,9 @@ Array = np.ndarray
 _CLOSER = 17
 #: The peak is searched until its interval is this part of the path, and a parabola does the rest.
 _PEAK_SHARE = 1e-5
+#: So far (finger lengths, rad) before and behind a snap are its forces and energies: twice what it
+#: is located to.
+_BESIDE_SNAP = 1e-6
 #: Touch and release are located to this part of the path.
 _EVENT_SHARE = 1e-10
 
@@ -143,17 +146,31 @@ class SurfaceCurve(Curve):
         return Peak(float(best), float(value * self._lowered.scale.force[0]))
 
     def events(self) -> pd.DataFrame:
-        """Where contact begins ("touch") and ends ("release"), located between rows: event,
-        position, insertion_force_N (on the side of the contact), interval, the row before it."""
-        touching = _loaded(self._solved.trace.rows[0])
-        force = self._lowered.scale.force[0]
+        """Located events in the order of the path: event, position, insertion_force_N, energy_J,
+        interval.
+
+        The event lies behind row `interval`: where contact begins ("touch") and ends ("release",
+        with the force on the side of the contact), and where the finger snaps, as it is just before
+        ("before_change") and just after ("after_change"). What energy is missing there was
+        released.
+        """
+        table = self._solved.trace.rows[0]
+        touching, snaps = _loaded(table), table[:, rows.RELEASED] > 0.0
         found = []
-        for k in np.flatnonzero(touching[1:] != touching[:-1]):
-            x, insertion = self._change(int(k))
-            name = "release" if touching[k] else "touch"
-            found.append((name, x, insertion * force, int(k)))
-        columns = ["event", "position", "insertion_force_N", "interval"]
-        return pd.DataFrame(found, columns=columns)
+        for k in np.flatnonzero((touching[1:] != touching[:-1]) | snaps[1:]).tolist():
+            if not touching[k] and touching[k + 1]:
+                found.append(("touch", *self._change(k), k))
+            if snaps[k + 1]:
+                before, after = self._snap(k)
+                found += [("before_change", *before, k), ("after_change", *after, k)]
+            if touching[k] and not touching[k + 1]:
+                found.append(("release", *self._change(k), k))
+        columns = ["event", "position", "insertion_force_N", "energy_J", "interval"]
+        events = pd.DataFrame(found, columns=columns)
+        force, length = self._lowered.scale.force[0], self._lowered.scale.length[0]
+        events["insertion_force_N"] *= force
+        events["energy_J"] *= force * length
+        return events
 
     def shape(self, i: int) -> pd.DataFrame:
         """The finger at row `i`: s_m, x_m, y_m, psi_rad, gamma_rad, moment_Nm at its nodes.
@@ -212,9 +229,23 @@ class SurfaceCurve(Curve):
             table[:, rows.INSERTION] *= -1.0
         return table
 
-    def _change(self, k: int) -> tuple[float, float]:
-        """Between rows k and k + 1, where contact begins or ends: position (m or rad) and the
-        insertion force (dimensionless) on the side of the contact."""
+    def _snap(self, k: int) -> Array:
+        """Position (m or rad), insertion force and energy (dimensionless), (2, 3), just before and
+        just after the snap on the way to row k + 1."""
+        unit = float(position_scale(self._lowered, np.zeros(1, dtype=np.int64))[0])
+        at, (near, far) = (
+            self._solved.trace.rows[0, k + 1, rows.SNAP] * unit,
+            self._positions[k : k + 2],
+        )
+        aside = np.copysign(_BESIDE_SNAP * unit, far - near)
+        beside = np.clip([at - aside, at + aside], min(near, far), max(near, far))
+        found = self._closer(k + 1, beside)[:, [rows.POSITION, rows.INSERTION, rows.ENERGY]]
+        found[:, 0] = at
+        return found
+
+    def _change(self, k: int) -> tuple[float, float, float]:
+        """Between rows k and k + 1, where contact begins or ends: position (m or rad), and
+        insertion force and energy (dimensionless) on the side of the contact."""
         position = self._positions
         share = _EVENT_SHARE * float(np.ptp(position))
         table = self._solved.trace.rows[0, k : k + 2]
@@ -222,15 +253,15 @@ class SurfaceCurve(Curve):
         while True:
             touching = _loaded(table)
             at = int(np.flatnonzero(touching[1:] != touching[:-1])[0])
-            insertion = table[at + int(touching[at + 1]), rows.INSERTION]
+            insertion, energy = table[at + int(touching[at + 1]), [rows.INSERTION, rows.ENERGY]]
             ends = x[at], x[at + 1]
             if abs(ends[1] - ends[0]) <= share:
-                return float(ends[int(touching[at + 1])]), float(insertion)
+                return float(ends[int(touching[at + 1])]), float(insertion), float(energy)
             x = np.linspace(*ends, _CLOSER)
             closer = self._closer(k, x)
             changed = _loaded(closer)
             if (changed == changed[0]).all():  # the change hangs on the way there: as sampled
-                return float(ends[int(touching[at + 1])]), float(insertion)
+                return float(ends[int(touching[at + 1])]), float(insertion), float(energy)
             table = closer
 
 

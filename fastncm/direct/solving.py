@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fastncm.direct.lowering import LoweredSurface
-from fastncm.kernels.nodal import NodalProblem
 from fastncm.path import surface_rows
 from fastncm.path.surface_friction import turn_forces
+from fastncm.path.surface_limit import find_critical_friction, select_fingers
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.path.surface_way import make_walk
 
@@ -35,14 +35,10 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
     tolerance = min(max(_ALGEBRAIC_SHARE * lowered.scene.solver.rtol, _TIGHTEST), _LOOSEST)
     for first in range(0, len(lowered.positions), _CHUNK):
         chosen = slice(first, first + _CHUNK)
-        arrays = {
-            name: getattr(everything, name)[chosen]
-            for name in NodalProblem._fields
-            if isinstance(getattr(everything, name), np.ndarray) and name not in ("step", "arc")
-        }
-        problem = everything._replace(**arrays)
+        problem = select_fingers(everything, chosen)
         trace = make_surface_trace(problem, shapes)
         trace_surfaces(problem, make_walk(problem), tolerance, trace)
+        find_critical_friction(problem, tolerance, trace)
         if lowered.scene.friction.model == "recovered":
             turn_forces(problem, lowered.turned[chosen], trace.rows)
         yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)

@@ -6,7 +6,8 @@ its way; the nodes are too far apart for the contact; or the branch of equilibri
 
 from fastncm.kernels.cache import inner
 from fastncm.path import surface_rows as rows
-from fastncm.path.surface_way import arrive, base_overlap, on_the_way, set_goal
+from fastncm.path.surface_free import base_overlap
+from fastncm.path.surface_way import arrive, on_the_way, set_goal
 from fastncm.sqp import status
 from fastncm.sqp.surface_state import ROUNDING
 

@@ -18,6 +18,10 @@ from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
 
 # --- columns of a row: dimensionless, in space (not in the base's frame) -------------------------
+# LOST: how the finger came into contact (`surface_way.FOLLOWED` and so on). SNAP, RELEASED: the
+# position of the first snap on the way to the row and its energy (0: none). Of rows that are not
+# solved: END, the position where the branch has ended; CRITICAL, the friction up to which it would
+# reach the row, 0 where it does not without friction (NaN: not known).
 (
     POSITION,
     STATUS,
@@ -46,8 +50,10 @@ from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
     LOST,
     SNAP,
     RELEASED,
-) = range(27)
-COLUMNS = 27
+    END,
+    CRITICAL,
+) = range(29)
+COLUMNS = 29
 
 #: Safety of the estimate; compared with the true error in tests/path/test_surface_estimate.py.
 SAFETY = 2.1

@@ -11,7 +11,7 @@ import numpy as np
 from fastncm.kernels.cache import inner, kernel
 from fastncm.kernels.nodal import place_axis, place_surface
 from fastncm.kernels.shared import share
-from fastncm.path.surface_way import is_free, longest_reach
+from fastncm.path.surface_free import is_free, longest_reach
 
 #: Shortest turn (rad) that is looked at, halvings between two, and the turn up to which contact is
 #: looked for; without any the path begins so far before its end.

@@ -8,6 +8,7 @@ position on this branch turns back at the limit point.
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar, root
@@ -128,11 +129,21 @@ def test_a_finger_that_slips_off_a_pin(mu: float, sweeps: bool) -> None:
         scale = solved.lowered.scale
         released = solved.released[i] * scale.force[0] * scale.length[0]
         assert released == pytest.approx(energy, rel=3e-3)
-    word = "rad" if sweeps else "m"
     curve = fastncm.solve(scene.replace({"path.steps": 61}))
+    word = f"rad ({math.degrees(solved.snap[i]):.6f} degrees)" if sweeps else "m"
     said = f"limit point at {solved.snap[i] * unit:.9g} {word}: the finger snaps"
     assert said in curve.frame()["advice"][i]
     assert said in curve.advice
+    assert said in fastncm.solve_cases(scene, pd.DataFrame({"path.steps": [61]}))["advice"][0]
+    events = curve.events().set_index("event")
+    assert list(events.index) == ["touch", "before_change", "after_change", "release"]
+    assert (events["interval"].iloc[1:] == i - 1).all()
+    for name in ("before_change", "after_change", "release"):
+        assert events["position"][name] == pytest.approx(position, abs=PLACE * unit)
+    assert events["energy_J"]["before_change"] == pytest.approx(energy, rel=3e-3)
+    assert events["energy_J"]["after_change"] == 0.0 == events["insertion_force_N"]["after_change"]
+    before = curve.frame().iloc[i - 1]
+    assert events["insertion_force_N"]["before_change"] < before["insertion_force_N"]
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.5])
