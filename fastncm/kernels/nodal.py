@@ -94,8 +94,9 @@ class Nodal(NamedTuple):
     seen_y; slide: how far it has moved from there along t; bend: a target's point turns its normal
     by this per unit along the finger's side; deepens, tilts: (K, 2) derivatives of its gap and
     of its normal's angle by the mean shear angle around its node, and by the bending there, that of
-    both intervals. pace: slip per length of the target's move, where it slides; doubt: how far the
-    place to which it sticks may be off, or how far a sliding one may have come back.
+    both intervals. held: (1,) bool, whether the points of the target stay with their sections.
+    pace: slip per length of the target's move, where it slides; doubt: how far the place to which
+    it sticks may be off, or how far a sliding one may have come back.
     """
 
     psi: np.ndarray
@@ -132,6 +133,7 @@ class Nodal(NamedTuple):
     bend: np.ndarray
     deepens: np.ndarray
     tilts: np.ndarray
+    held: np.ndarray
     pace: np.ndarray
     doubt: np.ndarray
 
@@ -148,7 +150,7 @@ def make_nodal(problem):
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k),
         np.zeros(k), np.full(k, -np.inf), np.zeros(k), np.zeros(k), np.zeros(k, np.bool_),
         np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros((k, 2)),
-        np.zeros((k, 2)), np.zeros(k), np.zeros(k),
+        np.zeros((k, 2)), np.zeros(1, np.bool_), np.zeros(k), np.zeros(k),
     )  # fmt: skip
 
 
@@ -348,8 +350,9 @@ def _place_target_point(problem, d, k, x, y, turn_sin, turn_cos, state):
     px, py = problem.points[d, m, 0], problem.points[d, m, 1]
     state.px[k] = x + turn_cos * px - turn_sin * py
     state.py[k] = y + turn_sin * px + turn_cos * py
-    j = _nearest_section(problem, k, state)
-    state.node[k] = j
+    if not state.held[0]:
+        state.node[k] = _nearest_section(problem, k, state)
+    j = state.node[k]
     side = 1.0 if problem.left else -1.0
     low, high = max(j - 1, 0), min(j + 1, tip)
     length = problem.step[low] + (problem.step[high - 1] if high - low == 2 else 0.0)

@@ -169,6 +169,9 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
     """Solve finger `d` with the target at `x`, `y`, `angle`, from the state in `work`.
 
     tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
+
+    During an iteration each point of the target stays with its section: from one to the next its
+    gap jumps by what the shear on both sides of a force differs, too much for a line search.
     """
     state = work.state
     last = 1
@@ -184,8 +187,13 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
         work.size[0] = _last_node(problem, state, work.chain, work.size[0])
+        state.held[0] = True
         fallen = _improve(problem, d, x, y, angle, work, residual)
+        state.held[0] = False
         if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual
         residual = fallen
+        if problem.points.shape[1] > 0:  # another section may be the nearest now
+            evaluate(problem, d, x, y, angle, work)
+            residual = kkt_residual(problem, d, state, work.size[0])
     return status.MAX_ITERATIONS, most, residual
