@@ -177,14 +177,14 @@ def block_feature(jaw, target, d, t, x, y, cos, sin):
             return c.ARC_UNDERSIDE if arc_faces(jaw, d, 0.0, 1.0, cos, sin) else c.B_UNDERSIDE
         return c.ARC_FACE if arc_faces(jaw, d, 1.0, 0.0, cos, sin) else c.A_FACE
     if rho > 0.0:
-        if x + cos * jaw[d, c.MX] - sin * jaw[d, c.MY] > t:
-            if arc_faces(jaw, d, 0.0, 1.0, cos, sin):
-                return c.ARC_UNDERSIDE
-        if y + sin * jaw[d, c.MX] + cos * jaw[d, c.MY] > py:
-            ahead = t - x - cos * jaw[d, c.MX] + sin * jaw[d, c.MY] - rho
-            if arc_faces(jaw, d, 1.0, 0.0, cos, sin) and ahead >= below_corners(
-                jaw, d, py, y, cos, sin
-            ):
+        ahead = t - x - cos * jaw[d, c.MX] + sin * jaw[d, c.MY]  # of the arc's centre
+        below = py - y - sin * jaw[d, c.MX] - cos * jaw[d, c.MY]
+        tops = arc_faces(jaw, d, 0.0, 1.0, cos, sin)
+        if tops and ahead < 0.0:
+            return c.ARC_UNDERSIDE
+        # an arc that bulges beyond b: where its top is on it, that is deeper under the block
+        if below < 0.0 and arc_faces(jaw, d, 1.0, 0.0, cos, sin):
+            if tops or ahead - rho >= below_corners(jaw, d, py, y, cos, sin):
                 return c.ARC_FACE
     return foremost_corner(jaw, d, t, py, x, y, cos, sin)
 

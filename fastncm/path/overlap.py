@@ -14,9 +14,9 @@ from fastncm.path import rows
 from fastncm.path.trace import Trace
 from fastncm.sqp import status
 
-#: Points of the arc that are looked at, and how deep in the block (finger lengths) one counts.
-_POINTS = 65
-_DEPTH = 1e-9
+#: How deep in the block (finger lengths) a point of the arc counts: ten times what still counts as
+#: under it (`kernels.constants.UNDER`).
+_DEPTH = 1e-8
 
 
 def mark_overlaps(problem: Problem, trace: Trace) -> bool:
@@ -27,25 +27,41 @@ def mark_overlaps(problem: Problem, trace: Trace) -> bool:
     if problem.kind != c.BLOCK or not len(designs):
         return False
     positions = problem.positions[designs]
-    x, y = _arc(problem.jaw[designs])
-    target = problem.target[designs]
-    high = y - target[:, c.TARGET_Y, None] > _DEPTH
-    ahead = x[:, None, :] - positions[:, :, None]
-    within = (ahead > _DEPTH) & (ahead < target[:, c.TARGET_LENGTH, None, None] - _DEPTH)
-    inside = (within & high[:, None, :]).any(axis=2)
     state = trace.rows[designs, : positions.shape[1], rows.STATUS]
+    inside = _are_inside(problem.jaw[designs], problem.target[designs], positions)
     wrong = inside & (state == status.NO_CONTACT)
     state[wrong] = status.MAX_ITERATIONS
     trace.rows[designs, : positions.shape[1], rows.STATUS] = state
     return bool(wrong.any())
 
 
-def _arc(jaw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (D, _POINTS) of the arcs from a to b with the undeformed finger, its tip at (1, 0)."""
-    mx, my = jaw[:, c.MX], jaw[:, c.MY]
-    begin = np.arctan2(jaw[:, c.AY] - my, jaw[:, c.AX] - mx)
-    end = np.arctan2(jaw[:, c.BY] - my, jaw[:, c.BX] - mx)
-    turn = (end - begin + np.pi) % (2.0 * np.pi) - np.pi  # an arc is at most a semicircle
-    angle = begin[:, None] + turn[:, None] * np.linspace(0.0, 1.0, _POINTS)
-    radius = np.abs(jaw[:, c.RHO, None])
-    return 1.0 + mx[:, None] + radius * np.cos(angle), my[:, None] + radius * np.sin(angle)
+def _are_inside(jaw: np.ndarray, target: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Whether the undeformed arc, its tip at (1, 0), is inside the block at each of the positions
+    (D, N): whether its highest point between the block's face and back is above the underside.
+
+    That is an end of the arc, its top, or where the block's face or back crosses it.
+    """
+    mx, my, radius = 1.0 + jaw[:, c.MX], jaw[:, c.MY], np.abs(jaw[:, c.RHO])
+    face = positions + _DEPTH
+    back = positions + target[:, c.TARGET_LENGTH, None] - _DEPTH
+    high = target[:, c.TARGET_Y, None] + _DEPTH
+    inside = np.zeros(positions.shape, dtype=bool)
+    for x, y in ((jaw[:, c.AX], jaw[:, c.AY]), (jaw[:, c.BX], jaw[:, c.BY])):
+        x = 1.0 + x[:, None]
+        inside |= (face < x) & (x < back) & (y[:, None] > high)
+    for x in (np.broadcast_to(mx[:, None], face.shape), face, back):
+        off = x - mx[:, None]
+        rise = np.sqrt(np.maximum(radius[:, None] ** 2 - off**2, 0.0))
+        between = (face <= x) & (x <= back) & (np.abs(off) <= radius[:, None])
+        for up in (rise, -rise):
+            inside |= between & (my[:, None] + up > high) & _on_arc(jaw, off, up)
+    return inside
+
+
+def _on_arc(jaw: np.ndarray, off: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Whether points of the full circle, `off` and `up` (D, N) from its centre, are on the arc,
+    which is at most a semicircle: on the other side of the chord than the centre."""
+    wide, high = jaw[:, c.BX] - jaw[:, c.AX], jaw[:, c.BY] - jaw[:, c.AY]
+    x, y = off + (jaw[:, c.MX] - jaw[:, c.AX])[:, None], up + (jaw[:, c.MY] - jaw[:, c.AY])[:, None]
+    below: np.ndarray = wide[:, None] * y - high[:, None] * x <= 0.0
+    return below

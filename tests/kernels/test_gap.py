@@ -238,6 +238,18 @@ def test_a_steep_convex_jaw_that_has_passed(psi: float) -> None:
     assert found[c.GAP] == pytest.approx(TARGET_Y - curve[:, 1].max(), abs=1e-6)
 
 
+def test_a_round_jaw_deep_in_the_block() -> None:
+    """Against 4,000 points of the jaw: the arc bulges beyond b, next to which the block's corner
+    is; with corners alone it would be free."""
+    jaw = jaw_row((0.0, 0.00211), (0.7171, -0.15443), 0.37108)
+    pose = Pose(1.0, TARGET_Y + 0.15408, 0.0, 1.39881)
+    beyond = pose.to_space(jaw_samples(jaw, 4001)) - [pose.t, TARGET_Y]
+    depth = min(beyond[:, 0].max(), beyond[:, 1].max())
+    found = closest(c.BLOCK, jaw, 0.0, pose)
+    assert found[c.FEATURE] == c.ARC_FACE
+    assert found[c.GAP] == pytest.approx(-depth, abs=1e-6)
+
+
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.floats(0.06, 0.3), st.floats(-0.9, 0.9), st.floats(0.01, 0.2), st.floats(0.02, 0.1))
 def test_a_short_block_over_a_round_jaw(

@@ -57,6 +57,9 @@ def exact_force(kind: str, index: int, row: pd.Series) -> tuple[np.ndarray, floa
         ("corner-convex", 245),
         ("corner-convex", 421),
         ("corner-convex", 619),
+        # an arc that bulges beyond b, whose lower end the block's corner is next to: "no_contact"
+        ("corner-convex", 14481),
+        ("corner-convex", 15717),
         # the finger snaps to a shape that the solver found from bent fingers only
         ("circle-concave", 274),
         ("circle-concave", 890),
@@ -149,7 +152,7 @@ def test_a_taut_finger_is_infeasible(kind: str, index: int) -> None:
     assert frame["status"].iloc[-1] == "infeasible"
 
 
-@pytest.mark.parametrize("index", [71, 102, 157, 227, 317, 385, 426, 472, 526])
+@pytest.mark.parametrize("index", [71, 102, 157, 227, 317, 385, 426, 472, 526, 9153, 15606])
 def test_a_short_block_across_a_cup_is_no_free_finger(index: int) -> None:
     """In one long move the block comes to lie across the arc's middle, which `bench/atlas.py` finds
     inside the block; the rows said "no_contact"."""
