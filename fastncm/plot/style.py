@@ -27,11 +27,16 @@ WORDS = {
     "jaw.length": "jaw length",
     "jaw.lead_angle": "lead angle",
     "jaw.radius": "jaw radius",
+    "jaw.return_angle": "return angle",
     "target.radius": "target radius R",
+    "target.length": "length of the block",
     "peak_force_N": "peak insertion force",
     "peak_position": "position of the peak",
     "max_strain": "largest strain",
     "insertion_work_J": "insertion work",
+    "retention_force_N": "peak retention force",
+    "withdrawal_work_J": "withdrawal work",
+    "hysteresis_J": "hysteresis",
     "insertion_force_N": "insertion force",
     "position": "target position",
     "base_angle": "direction of the base φ",
@@ -53,6 +58,9 @@ RESULT_UNITS = {
     "position": "m",
     "base_angle": "rad",
     "insertion_work_J": "J",
+    "retention_force_N": "N",
+    "withdrawal_work_J": "J",
+    "hysteresis_J": "J",
 }
 
 
@@ -112,7 +120,9 @@ def value_label(name: str, value: object) -> str:
     if not all(map(is_number, numbers)):
         return f"{name} = {value}"
     words = ", ".join(f"{number:.4g}" for number in np.ravel(shown(name, numbers)))
-    return f"{words if len(numbers) == 1 else f'({words})'} {_display(name)[1]}".strip()
+    unit = _display(name)[1]
+    gap = "" if unit == "°" else " "
+    return f"{words if len(numbers) == 1 else f'({words})'}{gap}{unit}".strip()
 
 
 def sequence_colours(n: int) -> Sequence[tuple[float, float, float, float]]:
