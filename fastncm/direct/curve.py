@@ -17,6 +17,9 @@ from fastncm.sqp import status
 
 Array = np.ndarray
 
+#: Columns of `Curve.shape` and `Curve.contacts`.
+_SHAPE_COLUMNS = ("s_m", "x_m", "y_m", "psi_rad", "gamma_rad", "moment_Nm")
+_CONTACT_COLUMNS = ("s_m", "x_m", "y_m", "force_x_N", "force_y_N")
 #: Positions of a closer look at an interval; each makes it this much shorter.
 _CLOSER = 17
 #: The peak is searched until its interval is this part of the path, and a parabola does the rest.
@@ -179,18 +182,7 @@ class SurfaceCurve(Curve):
         (positive where it turns psi up). Raises IndexError for a row that is not there.
         """
         finger = finger_at(self._lowered, self._solved, 0, self._place(i))
-        scale = self._lowered.scale
-        length, force = scale.length[0], scale.force[0]
-        return pd.DataFrame(
-            {
-                "s_m": finger["s"] * length,
-                "x_m": finger["x"] * length,
-                "y_m": finger["y"] * length,
-                "psi_rad": finger["psi"],
-                "gamma_rad": finger["gamma"],
-                "moment_Nm": finger["moment"] * force * length,
-            }
-        )
+        return self._in_units(finger, _SHAPE_COLUMNS)
 
     def contacts(self, i: int) -> pd.DataFrame:
         """The touching points at row `i`: s_m, x_m, y_m, force_x_N, force_y_N (on the finger).
@@ -201,17 +193,19 @@ class SurfaceCurve(Curve):
         points = contacts_at(self._lowered, self._solved, 0, self._place(i))
         if row[rows.STATUS] != status.CONVERGED:
             points = {name: values[:0] for name, values in points.items()}
+        return self._in_units(points, _CONTACT_COLUMNS)
+
+    def _in_units(self, values: dict[str, Array], columns: tuple[str, ...]) -> pd.DataFrame:
+        """Dimensionless values, under the names of the `columns` without their units, in SI
+        units."""
         scale = self._lowered.scale
-        length, force = scale.length[0], scale.force[0]
-        return pd.DataFrame(
-            {
-                "s_m": points["s"] * length,
-                "x_m": points["x"] * length,
-                "y_m": points["y"] * length,
-                "force_x_N": points["force_x"] * force,
-                "force_y_N": points["force_y"] * force,
-            }
-        )
+        length, force = float(scale.length[0]), float(scale.force[0])
+        units = {"m": length, "N": force, "Nm": force * length, "rad": 1.0}
+        scaled = {}
+        for column in columns:
+            name, unit = column.rsplit("_", 1)
+            scaled[column] = values[name] * units[unit]
+        return pd.DataFrame(scaled)
 
     @property
     def _positions(self) -> Array:

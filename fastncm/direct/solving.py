@@ -9,6 +9,7 @@ from fastncm.direct.lowering import LoweredSurface
 from fastncm.path import surface_rows
 from fastncm.path.surface_friction import turn_forces
 from fastncm.path.surface_limit import find_critical_friction, select_fingers
+from fastncm.path.surface_snaps import drop_doubtful_snaps
 from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_surfaces
 from fastncm.path.surface_way import make_walk
 
@@ -39,6 +40,7 @@ def solve_surfaces(lowered: LoweredSurface, shapes: bool) -> Iterator[SolvedSurf
         trace = make_surface_trace(problem, shapes)
         trace_surfaces(problem, make_walk(problem), tolerance, trace)
         find_critical_friction(problem, tolerance, trace)
+        drop_doubtful_snaps(trace.rows)
         if lowered.scene.friction.model == "recovered":
             turn_forces(problem, lowered.turned[chosen], trace.rows)
         yield SolvedSurface(np.arange(first, first + len(problem.positions)), trace)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
+from fastncm.path.surface_free import is_free
 from fastncm.path.surface_way import (
     PUSH_ENERGY,
     PUSH_MOMENT,
@@ -17,6 +18,9 @@ from fastncm.sqp.surface_state import strain_energy
 #: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
 #: not trusted to have stayed on its branch while shorter moves can be tried.
 _LARGEST_TURN, _SAME_WAY = 0.8, 0.5
+#: Energy over force times depth, between a spring's half and a constant force's whole, that tells
+#: them apart.
+_CONSTANT = 0.75
 
 
 @inner
@@ -77,6 +81,27 @@ def missing_energy(problem, d, walk, share, mu):
             * length
         )
     return walk.push[PUSH_ENERGY] + work - taken - push[PUSH_ENERGY]
+
+
+@inner
+def buckles(problem, d, walk, share):
+    """Whether a finger without contact has come to stick to the target and to buckle between there
+    and the clamp: it locks. `missing_energy` has been called.
+
+    On the depth by which the target lies in the straight finger a spring's force grows, and stores
+    half of what it would by being constant, as that of a strut that buckles is from the first.
+    """
+    if walk.push[PUSH_NORMAL] > 0.0 or not (walk.trial[PUSH_NORMAL] > 0.0):
+        return False
+    sticks = False
+    for k in range(walk.work.state.force.shape[0]):
+        sticks = sticks or walk.work.state.stuck[k]
+    if not sticks:
+        return False
+    x, y, angle = on_the_way(problem, d, walk, share)
+    is_free(problem, d, x, y, angle, walk)
+    depth = -walk.straight.gap[walk.deepest[0]]
+    return walk.trial[PUSH_ENERGY] > _CONSTANT * walk.trial[PUSH_NORMAL] * depth
 
 
 @inner

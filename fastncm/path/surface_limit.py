@@ -16,7 +16,8 @@ _CLOSE = 1e-7
 def find_critical_friction(problem: NodalProblem, tolerance: float, trace: SurfaceTrace) -> None:
     """Write the critical friction into the first row of each finger with friction that is not on
     the branch from first touch, which has ended before; by bisection, each time from the path's
-    start."""
+    start. A row that is reached with less friction, and to which no snap leads, has no
+    equilibrium."""
     state, lost = trace.rows[:, :, rows.STATUS], trace.rows[:, :, rows.LOST]
     behind = (state == status.BRANCH_ENDS) | ((state == status.CONVERGED) & (lost == AFRESH))
     off = (state > status.NO_CONTACT) | behind
@@ -37,7 +38,11 @@ def find_critical_friction(problem: NodalProblem, tolerance: float, trace: Surfa
             else:
                 high = trial
             trial = 0.5 * (low + high)
-        trace.rows[d, first[d], rows.CRITICAL] = low
+        row = trace.rows[d, first[d]]
+        row[rows.CRITICAL] = low
+        snaps = row[rows.RELEASED] > 0.0 or np.isnan(row[rows.END])
+        if low > 0.0 and not snaps:  # it locks: what is found beyond is no answer
+            row[rows.STATUS] = status.NO_EQUILIBRIUM
 
 
 def select_fingers(problem: NodalProblem, chosen: slice) -> NodalProblem:

@@ -1,7 +1,7 @@
 """One move of the target on a finger in direct contact: in as many steps as it takes."""
 
 from fastncm.kernels.cache import inner
-from fastncm.path.surface_branch import has_jumped, missing_energy, note_snap
+from fastncm.path.surface_branch import buckles, has_jumped, missing_energy, note_snap
 from fastncm.path.surface_predict import forget, predict, remember
 from fastncm.path.surface_slip import choose_senses, finish_friction, hold_new, regrip
 from fastncm.path.surface_way import (
@@ -97,11 +97,12 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
             missing = missing_energy(problem, d, walk, share, mu)
             most = _UNEXPLAINED * max(walk.push[PUSH_ENERGY], walk.trial[PUSH_ENERGY])
             odd = walk.push[PUSH_NORMAL] > 0.0 and abs(missing) > most
+            locks = buckles(problem, d, walk, share)
             passed = walk.trial[PUSH_NORMAL] == 0.0 and share > free
             if careful and last_try:
-                solved = not odd or missing > 0.0
+                solved = not locks and (not odd or missing > 0.0)
             elif careful:
-                solved = not (odd or passed or has_jumped(problem, walk))
+                solved = not (locks or odd or passed or has_jumped(problem, walk))
             jumped = jumped or not solved
             if solved and odd:
                 note_snap(problem, d, i, walk, walk.push[PUSH_ENERGY] - walk.trial[PUSH_ENERGY])

@@ -22,6 +22,7 @@ from fastncm.path.surface_way import (
     AFRESH,
     EARLIER,
     FOLLOWED,
+    PUSH_ENERGY,
     PUSH_NORMAL,
     arrive,
     path_position,
@@ -109,11 +110,12 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
         if stays_free(problem, d, walk):
             arrive(walk, goal, base)
             return status.NO_CONTACT, 0
+    stored = 0.0
     if known != _LOST:
         set_goal(problem, d, walk, goal, base)
         result, iterations = approach(problem, d, i, walk, problem.mu[d], True, tolerance, trace)
         if result == status.BRANCH_ENDS:
-            walk.ended[0] = path_position(problem, d, i, walk)
+            walk.ended[0], stored = path_position(problem, d, i, walk), walk.push[PUSH_ENERGY]
         if result != status.CONVERGED:
             if walk.only_follows[0]:
                 return result, iterations
@@ -125,6 +127,8 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
         arrive(walk, goal, base)
         return result, iterations
     if result != status.CONVERGED or walk.push[PUSH_NORMAL] == 0.0:
+        if walk.snap[1] == 0.0 and stored > 0.0:  # what it snaps to, if not to this, is not known
+            walk.snap[0], walk.snap[1] = walk.ended[0], stored
         straighten(walk)
         walk.clear[0] = 0.0
         result = status.NO_CONTACT

@@ -30,11 +30,13 @@ def strut(lean: float, mu: float) -> fastncm.Scene:
     return RUBBER.replace(STRUT | way | {"path.angle": lean, "friction.mu": mu})
 
 
-@pytest.mark.parametrize("lean", [1.0, 1.2, 1.3])
-def test_a_strut_locks(lean: float) -> None:
+@pytest.mark.parametrize("more", [1.05, 3.0])
+@pytest.mark.parametrize("lean", [0.9, 1.0, 1.1, 1.2, 1.3])
+def test_a_strut_locks(lean: float, more: float) -> None:
     """The first row behind first touch names the critical friction and the place."""
-    frame = fastncm.solve(strut(lean, 1.05 * math.tan(lean))).frame()
+    frame = fastncm.solve(strut(lean, more * math.tan(lean))).frame()
     first = int(np.flatnonzero(frame["status"] != "no_contact")[0])
+    assert frame["status"][first] == "no_equilibrium"
     said = frame["advice"][first]
     assert frame["position"][first - 1] > SUPPORT * math.cos(lean) > frame["position"][first]
     critical = float(CRITICAL.findall(said)[0])
@@ -43,8 +45,9 @@ def test_a_strut_locks(lean: float) -> None:
     assert ends == pytest.approx(SUPPORT * math.cos(lean), abs=2e-6 * RUBBER.finger.length)
     assert not frame["advice"][:first].str.contains("friction.mu").any()
     table = fastncm.solve_cases(
-        strut(lean, 1.05 * math.tan(lean)), pd.DataFrame({"finger.young": [1e6, 2e6]})
+        strut(lean, more * math.tan(lean)), pd.DataFrame({"finger.young": [1e6, 2e6]})
     )
+    assert (table["status"] == "no_equilibrium").all()
     for advice in table["advice"]:
         assert float(CRITICAL.findall(advice)[0]) == pytest.approx(critical, rel=1e-6)
 
