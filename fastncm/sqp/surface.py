@@ -170,8 +170,9 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
 
     tolerance: of the KKT residual; most: iterations. Returns ``(status, iterations, residual)``.
 
-    During an iteration each point of the target stays with its section: from one to the next its
-    gap jumps by what the shear on both sides of a force differs, too much for a line search.
+    During an iteration each point of the target stays with its section, if that leads anywhere:
+    from one section to the next its gap jumps by what the shear on both sides of a force differs,
+    too much for a line search.
     """
     state = work.state
     last = 1
@@ -187,9 +188,12 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
         if not np.isfinite(residual):
             return status.NUMERICAL_ERROR, iteration, residual
         work.size[0] = _last_node(problem, state, work.chain, work.size[0])
-        state.held[0] = True
+        state.held[0] = problem.points.shape[1] > 0
         fallen = _improve(problem, d, x, y, angle, work, residual)
-        state.held[0] = False
+        if state.held[0]:
+            state.held[0] = False
+            if np.isnan(fallen):
+                fallen = _improve(problem, d, x, y, angle, work, residual)
         if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual
         residual = fallen

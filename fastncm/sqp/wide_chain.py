@@ -35,7 +35,7 @@ def _bend(wide, out, a, b, k, constant, hold):
     Returns the excess of negative pivots.
     """
     flexibility, step, column = wide.flexibility, wide.step, wide.column
-    shift, pivot, spread = constant, 0.0, 0.0
+    shift, pivot, spread, same = constant, 0.0, 0.0, 0.0
     for i in range(_ALL):
         column[i] = 0.0
         row = 0.0
@@ -47,6 +47,7 @@ def _bend(wide, out, a, b, k, constant, hold):
     for i in range(_ALL):
         pivot += b[i] * column[i]
         spread += abs(b[i] * column[i])
+        same += a[i] * b[i]
     if hold:
         inverse = 1.0 / (pivot + k) if abs(pivot + k) > _HELD * spread else 0.0
     else:
@@ -59,7 +60,7 @@ def _bend(wide, out, a, b, k, constant, hold):
     out[0], out[1 + _ALL] = shift, inverse
     if inverse >= 0.0:
         return 0
-    return 1 if k < 0.0 and not hold else -1
+    return 1 if k * same < 0.0 and not hold else -1
 
 
 @inlined
@@ -116,11 +117,12 @@ def _hold_node(problem, d, state, chain, j, interval, own):
                 _spread(problem, v, before, along_x, along_y, wide.right)
                 _add_side(state.tilts[p], -1.0, before, wide.right)
                 out = wide.terms[p, _NORMAL]
-                excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+                n = _bend(wide, out, wide.left, wide.right, force, 0.0, False)
                 _spread(problem, (0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
                 _spread(problem, w, before, along_x, along_y, wide.right)
                 out = wide.terms[p, _ARM]
-                excess += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+                n += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+                excess += n if p < state.first.shape[0] + 1 else n % 2
             if chain.touching[p]:
                 _spread(problem, a, before, along_x, along_y, wide.left)
                 _spread(problem, c, before, along_x, along_y, wide.right)
