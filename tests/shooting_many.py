@@ -70,8 +70,8 @@ class Claim:
 @dataclass(frozen=True)
 class Truth:
     """normal: (n,) normal force; force, contact: (n, 2) and pose: (n, 3) of the exact equilibrium;
-    rounding: (n,) what rounding may do to the normal force; found: (n,) bool, whether shooting
-    closed."""
+    rounding: (n,) what rounding, and what shooting left to do, may do to the normal force; found:
+    (n,) bool, whether shooting closed."""
 
     normal: Array
     force: Array
@@ -153,6 +153,8 @@ def exact(fingers: Fingers, claim: Claim, mu: Array) -> Truth:
     coarse, _ = miss(fingers, jaw, target, lean, unknowns, COARSE_ERROR)
     shows = np.abs(np.einsum("nj,nj->n", inverse[:, 0], _finite(coarse - missed)))
     rounding += LOCAL_ERROR / COARSE_ERROR * shows
+    left = np.abs(inverse[:, 0]) * np.abs(_finite(missed))  # to do; their signs are rounding's
+    rounding += left.sum(axis=1)
     found = (np.abs(missed).max(axis=1) < 1e-11 * large) & (unknowns[:, 0] > 0.0)
     point, normal = (turned(one, pose[:, 2]) for one in place_of(fingers, jaw, unknowns[:, 1]))
     force = unknowns[:, :1] * (-normal + lean[:, None] * _left(normal))

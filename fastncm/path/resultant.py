@@ -126,7 +126,7 @@ def truncation(problem, lanes, lane, spare, work, rubbing, wide):
         problem.points,
     )
     total, size = left_out(design, own, mu, lanes.t[lane], wide.u, wide.work, wide.rubbing)
-    return rows.SAFETY * total + rows.RESERVE * size
+    return rows.of_truth(rows.SAFETY * total + rows.RESERVE * size)
 
 
 @inner

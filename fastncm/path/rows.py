@@ -11,7 +11,8 @@ of shape by a unit of force, over its compliance),
     d lambda = - sum_l rho_l y_l,    y_l = J_l . (adjoint wrench) - (K y)_l,
 
 where K is the force's own stiffness, and the Hessian is close to 1 for the modes left out. So the
-error of the force is of second order in rho. The sum runs over the first modes left out.
+error of the force is of second order in rho. The sum runs over the first modes left out. Of a
+contact that sticks, the friction force is another unknown, with an adjoint shape of its own.
 """
 
 import numpy as np
@@ -83,6 +84,9 @@ RESERVE = 0.2
 #: Relative error of the force per unit of KKT residual, and the arithmetic's own.
 ALGEBRAIC = 4.0
 FORCE_ROUNDING = 4e-14
+#: Share of the force that is left of it where its error may be as large as itself: an estimate of a
+#: million says that nothing is known.
+LEAST_KNOWN = 1e-6
 
 
 #: Workspace and result of `measure`. turn: (Q, LANES); wrench, kept, moved, unit: (3, LANES);
@@ -104,6 +108,13 @@ MEASURING = Layout(
         "row": (NUMBER, (COLUMNS, LANES)),
     },
 )
+
+
+@inlined
+def of_truth(error):
+    """An error in shares of the force that was found, as one in shares of the true force, which may
+    be smaller by it: where it is as large as the force itself, nothing is known."""
+    return error / max(1.0 - error, LEAST_KNOWN)
 
 
 @inlined
@@ -200,7 +211,7 @@ def _estimate(problem, lanes, at):
         for lane in range(LANES):
             at.left_out[j, lane] += unit[2, lane] * lanes.beyond_end[j, lane]
     if lanes.rubs[0]:
-        rubbing.adjoint(lanes, at.wrench, at.kept, at.moved)
+        rubbing.adjoint(lanes, 0, at.wrench, at.kept, at.moved)
     else:
         frictionless.adjoint(lanes, at.wrench, at.moved)
     for lane in range(LANES):
@@ -213,7 +224,12 @@ def _estimate(problem, lanes, at):
         for lane in range(LANES):
             size[lane] += at.left_out[j, lane] ** 2 * stiffness[lane]
     for lane in range(LANES):
-        at.row[ESTIMATE, lane] = total[lane]
+        at.row[ESTIMATE, lane] = total[lane] ** 2
+    if lanes.holds[0]:
+        rubbing.adjoint(lanes, 1, at.wrench, at.kept, at.moved)
+        _answer(problem, lanes, at)
+        for lane in range(LANES):
+            at.row[ESTIMATE, lane] += total[lane] ** 2
     # the same of the angle by which the normal turns, whose change with the pose is t . dn
     for i in range(3):
         for lane in range(LANES):
@@ -227,8 +243,8 @@ def _estimate(problem, lanes, at):
         frictionless.adjoint_turn(lanes, unit, at.wrench, at.moved)
     _answer(problem, lanes, at)
     for lane in range(LANES):
-        missing = np.sqrt(at.row[ESTIMATE, lane] ** 2 + total[lane] ** 2)
-        missing = SAFETY * missing + RESERVE * size[lane]
+        missing = np.sqrt(at.row[ESTIMATE, lane] + total[lane] ** 2)
+        missing = of_truth(SAFETY * missing + RESERVE * size[lane])
         at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
 
 

@@ -143,10 +143,10 @@ def rates(lanes):
 
 
 @inner
-def adjoint(lanes, wrench, kept, moved):
+def adjoint(lanes, which, wrench, kept, moved):
     """`tip.adjoint`, with the shape that belongs to it in ``lanes.down``: the counterpart of
     `frictionless.adjoint`."""
-    tip.adjoint(lanes, wrench, kept, moved)
+    tip.adjoint(lanes, which, wrench, kept, moved)
     _bend_modes(lanes, kept, lanes.down)
 
 

@@ -191,20 +191,21 @@ def _answer_slip(lanes, crept, force, rub):
 
 
 @inner
-def adjoint(lanes, wrench, kept, moved):
-    """What a lack of equilibrium does to the normal force: ``d lambda = - y . rho`` for a residual
-    ``rho`` of the modes' equations.
+def adjoint(lanes, which, wrench, kept, moved):
+    """What a lack of equilibrium does to the normal force (which: 0): ``d lambda = - y . rho`` for
+    a residual ``rho`` of the modes' equations; or to the friction force of a contact that sticks
+    (1; nothing to that of one that slides, which follows the normal force).
 
-    The transposed linear system with the right-hand side of lambda's equation. wrench, kept, moved:
-    (3, LANES), overwritten: the adjoint wrench on the tip; the same with the penalty, so that ``y =
-    W kept`` in the modes; and the pose that belongs to it.
+    The transposed linear system with the right-hand side of the force's equation. wrench, kept,
+    moved: (3, LANES), overwritten: the adjoint wrench on the tip; the same with the penalty, so
+    that ``y = W kept`` in the modes; and the pose that belongs to it.
     """
     for i in range(3):
         for lane in range(LANES):
-            kept[i, lane] = lanes.inverse[0, 0, lane] * lanes.gap[c.GX + i, lane]
+            kept[i, lane] = lanes.inverse[which, 0, lane] * lanes.gap[c.GX + i, lane]
         if lanes.holds[0]:
             for lane in range(LANES):
-                kept[i, lane] += lanes.inverse[0, 1, lane] * lanes.tangent[i, lane]
+                kept[i, lane] += lanes.inverse[which, 1, lane] * lanes.tangent[i, lane]
     _transpose(lanes, wrench, kept, moved)
 
 
