@@ -27,20 +27,6 @@ def nearest_part(jaw, d, px, py, x, y, cos, sin):
 
 
 @inlined
-def is_beyond_horn(jaw, d, ax, ay):
-    """True where a point is outside of a concave arc's circle, beyond the straight line through b
-    across the chord: b, which is a horn then, is touched from there too, like a straight jaw's.
-
-    ax, ay: the point, from corner a, in the jaw's frame.
-    """
-    along, across = jaw[d, c.BX] - jaw[d, c.AX], jaw[d, c.BY] - jaw[d, c.AY]
-    mx, my = jaw[d, c.AX] + ax - jaw[d, c.MX], jaw[d, c.AY] + ay - jaw[d, c.MY]
-    outside = mx * mx + my * my > jaw[d, c.RHO] * jaw[d, c.RHO]
-    beyond = along * (ax - along) + across * (ay - across) > 0.0
-    return jaw[d, c.RHO] < 0.0 and outside and beyond
-
-
-@inlined
 def corner_on_block(qx, qy, underside, face, t, py, x, y, cos, sin):
     """The plane of the block that keeps the jaw's corner `(qx, qy)` out: the code given for it."""
     below = py - (y + sin * qx + cos * qy)

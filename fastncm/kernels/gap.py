@@ -30,7 +30,6 @@ from fastncm.kernels.facing import (
     edge_feature,
     far_edge_feature,
     foremost_corner,
-    is_beyond_horn,
     nearest_part,
     return_feature,
 )
@@ -224,10 +223,10 @@ def circle_part(jaw, target, d, t, x, y, cos, sin):
     """
     py = target[d, c.TARGET_Y]
     part = nearest_part(jaw, d, t, py, x, y, cos, sin)
+    if part == c.ON_B:
+        return part
     ax = cos * (t - x) + sin * (py - y) - jaw[d, c.AX]
     ay = cos * (py - y) - sin * (t - x) - jaw[d, c.AY]
-    if part == c.ON_B or is_beyond_horn(jaw, d, ax, ay):
-        return c.ON_B
     if part == c.ON_A:
         return c.ON_RETURN if jaw[d, c.TRX] * ax + jaw[d, c.TRY] * ay < 0.0 else c.ON_A
     if jaw[d, c.TAX] * ay >= jaw[d, c.TAY] * ax:

@@ -58,10 +58,11 @@ def end_of_branch(number: int, rubs: bool, position: float, mu: float, energy: f
     elif not rubs:
         said = (
             f"The branch of stable shapes from first touch ends at {position:.9g} m, and no shape "
-            "is found that the finger snaps to: the target may push it over there. Stop the path "
-            "before (path.stop), or change jaw, target or path.y so that the target's corner or "
-            "side does not get caught; if the end of the finger is thin, a higher solver.order "
-            "tells whether the branch really ends."
+            "is found that the finger snaps to: the target may push it over there, or get round "
+            "the jaw's corner b to where the jaw has no surface. Stop the path before (path.stop), "
+            "or change jaw, target or path.y so that the target's corner or side does not get "
+            "caught; if the end of the finger is thin, a higher solver.order tells whether the "
+            "branch really ends."
         )
     else:
         said = (

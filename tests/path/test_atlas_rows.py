@@ -161,6 +161,36 @@ def test_the_advice_says_where_a_branch_ends(kind: str, index: int) -> None:
     assert places[1] == pytest.approx(places[0], rel=1e-6)
 
 
+@pytest.mark.parametrize("index", [64, 863, 933])
+def test_a_circle_goes_round_a_horn(index: int) -> None:
+    """The branch ends where the circle, on corner b, touches the concave arc's tangent there: from
+    then on it would cross the arc from below, where the jaw has no surface."""
+    kind = "circle-concave"
+    scene = extremes.one(kind, index)
+    place = float(solve(kind, index).advice.split("ends at")[1].split()[0])
+    frame = fastncm.solve(
+        fastncm.load_scene(extremes.base_scene(kind)).replace(scene),
+        positions=[place + 1.0 * scene["target.radius"], place * (1.0 + 1e-8)],
+    ).frame()
+    row = frame.iloc[-1]
+    assert (row["status"], row["contacts"]) == ("converged", 1)
+    a, b = np.array(scene["jaw.a"]), np.array(scene["jaw.b"])
+    chord = np.hypot(*(b - a))
+    half = np.arcsin(min(0.5 * chord / scene["jaw.radius"], 1.0))
+    turn = half + row["tip_angle_rad"]
+    along = (b - a) / chord
+    tangent = np.array(
+        [
+            np.cos(turn) * along[0] - np.sin(turn) * along[1],
+            np.sin(turn) * along[0] + np.cos(turn) * along[1],
+        ]
+    )
+    centre = np.array([row["position"], scene["path.y"]])
+    contact = row[["contact_x_m", "contact_y_m"]].to_numpy(float)
+    assert np.hypot(*(centre - contact)) == pytest.approx(scene["target.radius"], rel=1e-9)
+    assert abs(tangent @ (centre - contact)) < 1e-5 * scene["target.radius"]
+
+
 @pytest.mark.parametrize(("kind", "index"), [("corner-straight", 146)])
 def test_a_taut_finger_is_infeasible(kind: str, index: int) -> None:
     """Two modes cannot make the finger shorter: the last force before is far above what moved it
