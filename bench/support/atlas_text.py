@@ -14,6 +14,7 @@ from support.atlas_tables import (
     listed,
     truth,
 )
+from support.atlas_truth import MOST_INTERVALS, TIMES
 from support.atlas_verdicts import LOOSE, loose, scenes_in, unanswered, wrong_in_silence
 
 Table = tuple[pd.DataFrame, dict[str, object]]
@@ -28,7 +29,7 @@ def headlines(
     for what, table, judged, tried, how in (
         ("fingers with jaws", jaws, jaws_judged, jaws_tried, "with shooting or other modes"),
         ("fingers in direct contact", sides, sides_judged, sides_tried,
-         "with up to eight times as many intervals"),
+         f"with up to {TIMES[0]} times as many intervals"),
     ):  # fmt: skip
         wrong, lost = len(wrong_in_silence(judged)), len(unanswered(judged))
         left = existing(table, tried)
@@ -79,9 +80,9 @@ def section(
             "![Random jaws](results/atlas_jaws.png)",
             "### Direct contact",
             counts(sides[0], sides_judged[0]),
-            "The truth here is the same scene with eight times as many intervals (or five or "
-            "three, where that has no answer), at most 1,440; *no truth*: none has an answer. "
-            + judges(sides_judged[0]),
+            f"The truth here is the same scene with {' or '.join(map(str, TIMES))} times as many "
+            "intervals (each where the one before has no answer), at most "
+            f"{MOST_INTERVALS:,}; *no truth*: none has an answer. " + judges(sides_judged[0]),
             features(sides_features[0]),
             failures(sides[0], sides_tried[0]),
             "![Random direct contact](results/atlas_sides.png)",
