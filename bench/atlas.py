@@ -75,10 +75,11 @@ def main(jobs: int = JOBS) -> None:
         tried.append(atlas_store.run("other ways", ways(table, FOLLOWED[what]), jobs))
         write_table(f"{name}_failed", tried[-1], seed=extremes.SEED, **tried[-1].attrs)
         write_table(f"{name}_features", atlas_features.tally(table, judged))
-    kept = atlas_kept.pieces((*extremes.JAW_KINDS, *extremes.SIDE_KINDS))
+    kinds = (*extremes.JAW_KINDS, *extremes.SIDE_KINDS)
+    kept = atlas_kept.pieces(kinds, pd.concat(tried))
     listed = atlas_store.run("kept cases", kept, jobs)
     write_table("atlas_listed", listed, **listed.attrs)
-    atlas_kept.keep(listed, pd.concat(tried))
+    atlas_kept.keep(listed)
     pieces = [
         Piece(f"digits-{kind}", atlas_digits.compare, (kind, DIGITS)) for kind in extremes.JAW_KINDS
     ]

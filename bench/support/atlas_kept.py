@@ -23,15 +23,24 @@ KNOWN = {
 }
 
 
-def pieces(kinds: tuple[str, ...]) -> list[Piece]:
-    """What the file lists of these kinds, to be judged."""
-    listed = pd.read_csv(FILE)
-    parts = [(kind, listed[listed["kind"] == kind]) for kind in kinds]
+def pieces(kinds: tuple[str, ...], tried: pd.DataFrame) -> list[Piece]:
+    """What the file lists of these kinds, and what is new, to be judged."""
+    both = pd.concat([pd.read_csv(FILE), new_cases(tried)]).drop_duplicates(["kind", "index"])
+    parts = [(kind, both[both["kind"] == kind]) for kind in kinds]
     return [
         Piece(f"listed-{kind}-{crc32(part.to_csv().encode()):x}", again, (kind, part))
         for kind, part in parts
         if len(part)
     ]
+
+
+def new_cases(tried: pd.DataFrame) -> pd.DataFrame:
+    """Scenes without friction that have no answer though there is one, of what was tried."""
+    new = tried.assign(verdict=verdicts(tried))[tried["friction.mu"].eq(0.0)]
+    new = new[new["verdict"].isin(KNOWN)]
+    by_settings = new["solved_by"].str.contains("=", regex=False)
+    new = new.assign(known=new["solved_by"].where(by_settings, new["verdict"].map(KNOWN)))
+    return new.groupby(["kind", "cause"], sort=False).head(MOST)[COLUMNS]
 
 
 def again(kind: str, listed: pd.DataFrame) -> pd.DataFrame:
@@ -60,16 +69,9 @@ def wrong_rows(kind: str, rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(found)
 
 
-def keep(listed: pd.DataFrame, tried: pd.DataFrame) -> None:
-    """Write the file: what is listed and still unsolved, and new ones without friction for which
-    there is an answer. Those with rows wrong in silence are no test cases but defects, named in
-    the report."""
-    new = tried.assign(verdict=verdicts(tried))[tried["friction.mu"].eq(0.0)]
-    new = new[new["verdict"].isin(KNOWN)]
-    by_settings = new["solved_by"].str.contains("=", regex=False)
-    new = new.assign(known=new["solved_by"].where(by_settings, new["verdict"].map(KNOWN)))
-    new = new.groupby(["kind", "cause"], sort=False).head(MOST)
-    kept = pd.concat([listed[listed["now"] == UNSOLVED], new])[COLUMNS]
-    kept = kept.drop_duplicates(["kind", "index"]).sort_values(["kind", "index"])
+def keep(listed: pd.DataFrame) -> None:
+    """Write the file: what is still without an answer. Those with rows wrong in silence are no test
+    cases but defects, named in the report."""
+    kept = listed[listed["now"] == UNSOLVED][COLUMNS].sort_values(["kind", "index"])
     kept.to_csv(FILE, index=False)
     print(f"{FILE.name}: {len(kept)} scenes")

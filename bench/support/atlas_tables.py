@@ -107,7 +107,7 @@ def listed(table: pd.DataFrame) -> str:
     bad = table[table["now"] == atlas_kept.WRONG]
     names = ", ".join(bad["kind"] + " " + bad["index"].astype(str))
     return (
-        f"Kept from earlier runs because they had no answer though there is one "
+        "Scenes without friction that had no answer though there is one, in any run "
         f"(`tests/unsolved.csv`): {len(table):,} scenes; {said}{': ' * bool(names)}{names}."
     )
 
