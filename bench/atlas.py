@@ -7,9 +7,9 @@ converged row of the first scenes of each kind is compared with the truth
 (`support/atlas_truth.py`), the truth with one of 34 digits (`support/atlas_digits.py`). A row is
 *wrong in silence* if it says "converged" and its true error exceeds ten times its estimate (and
 what rounding does to any answer), or "no contact" where the undeformed finger overlaps the target.
-Rows without an answer are solved again in other ways to see whether there is one
-(`support/atlas_failures.py`); those without friction for which there is are kept as test cases
-(`tests/unsolved.csv`).
+Rows without an answer are solved again in other ways, and their branch is followed from first
+touch, to see whether there is one (`support/atlas_failures.py`); those without friction for which
+there is are kept as test cases (`support/atlas_kept.py`).
 """
 
 import sys
@@ -38,16 +38,16 @@ SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
 SECONDS = 900.0
 """After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
-SHOT_SCENES = 200
+SHOT_SCENES = 400
 """Scenes of each kind of jaws of which every row is compared with shooting."""
-FINER_SCENES = 100
+FINER_SCENES = 200
 """Scenes of each kind of direct contact of which every row is compared with finer intervals."""
 SCENES_A_PIECE = 100
 """That are judged in one go."""
 TRIED = 12
 """Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
-BY_SLSQP = 3
-"""And of those without friction that smaller steps do not solve, those that SLSQP gets."""
+FOLLOWED = {"jaws": 12, "sides": 4}
+"""And of those without friction, those whose branch is followed."""
 DIGITS = 5
 """Scenes of each kind of jaws whose truth is computed to 34 digits."""
 MOST_INTERVALS = 360
@@ -57,10 +57,12 @@ JOBS = 2
 
 def main(jobs: int = JOBS) -> None:
     begin = time.perf_counter()
-    for name, kinds, scenes, judge, known in (
-        ("atlas_jaws", extremes.JAW_KINDS, JAW_SCENES, atlas_truth.jaws, SHOT_SCENES),
-        ("atlas_sides", extremes.SIDE_KINDS, SIDE_SCENES, atlas_truth.sides, FINER_SCENES),
+    tried = []
+    for what, kinds, scenes, judge, known in (
+        ("jaws", extremes.JAW_KINDS, JAW_SCENES, atlas_truth.jaws, SHOT_SCENES),
+        ("sides", extremes.SIDE_KINDS, SIDE_SCENES, atlas_truth.sides, FINER_SCENES),
     ):
+        name = f"atlas_{what}"
         table = atlas_bulk.run(kinds, scenes, jobs, SECONDS)
         write_table(name, table, seed=extremes.SEED, **table.attrs)
         pieces = [
@@ -70,10 +72,14 @@ def main(jobs: int = JOBS) -> None:
         ]
         judged = atlas_store.run("truth", pieces, jobs)
         write_table(f"{name}_judged", judged, scenes=known, **judged.attrs)
-        tried = atlas_store.run("other ways", ways(table), jobs)
-        write_table(f"{name}_failed", tried, seed=extremes.SEED, **tried.attrs)
-        atlas_kept.keep(tried)
+        tried.append(atlas_store.run("other ways", ways(table, FOLLOWED[what]), jobs))
+        write_table(f"{name}_failed", tried[-1], seed=extremes.SEED, **tried[-1].attrs)
         write_table(f"{name}_features", atlas_features.tally(table, judged))
+    kinds = (*extremes.JAW_KINDS, *extremes.SIDE_KINDS)
+    kept = atlas_kept.pieces(kinds, pd.concat(tried))
+    listed = atlas_store.run("kept cases", kept, jobs)
+    write_table("atlas_listed", listed, **listed.attrs)
+    atlas_kept.keep(listed)
     pieces = [
         Piece(f"digits-{kind}", atlas_digits.compare, (kind, DIGITS)) for kind in extremes.JAW_KINDS
     ]
@@ -85,8 +91,9 @@ def main(jobs: int = JOBS) -> None:
     print(section())
 
 
-def ways(table: pd.DataFrame) -> list[Piece]:
-    """The failed rows that are tried in other ways, drawn at random."""
+def ways(table: pd.DataFrame, follows: int) -> list[Piece]:
+    """The failed rows that are tried in other ways, drawn at random; of each kind and cause so many
+    are followed from first touch."""
     failed = table[table["cause"] != ""]
     if "solver.intervals" in failed:
         failed = failed[failed["solver.intervals"].astype(int) <= MOST_INTERVALS]
@@ -94,7 +101,7 @@ def ways(table: pd.DataFrame) -> list[Piece]:
     for (kind, cause, rubs), part in failed.groupby(["kind", "cause", failed["friction.mu"] > 0.0]):
         some = part.sample(min(TRIED, len(part)), random_state=extremes.SEED).sort_index()
         name = f"tried-{kind}-{cause}-{'rubs' if rubs else 'smooth'}".replace(" ", "_")
-        pieces.append(Piece(name, atlas_failures.try_again, (kind, some, BY_SLSQP)))
+        pieces.append(Piece(name, atlas_failures.try_again, (kind, some, follows)))
     return pieces
 
 
@@ -117,7 +124,7 @@ def section() -> str:
 TABLES = (
     "atlas_jaws", "atlas_sides", "atlas_jaws_judged", "atlas_sides_judged", "atlas_jaws_failed",
     "atlas_sides_failed", "atlas_jaws_features", "atlas_sides_features", "atlas_digits",
-    "atlas_grid", "atlas_condition",
+    "atlas_grid", "atlas_condition", "atlas_listed",
 )  # fmt: skip
 
 

@@ -421,8 +421,10 @@ def section() -> str:
     return "\n\n".join(
         [
             "## What leaving out saves",
-            f"`bench/leaving_out.py`, {about['machine']['cpu']}, {about['machine']['date']}. CPU "
-            f"time on one core, the best of {about['rounds']} rounds in turn. Where another build "
+            f"`bench/leaving_out.py`, {about['machine']['cpu']}, revision "
+            f"{about['machine']['revision']}, {about['machine']['date']}. CPU time on one core, "
+            f"the best of {about['rounds']} rounds in turn. Where another "
+            "build "
             "is compared, the ratio is the median over several starts of both, and ± the largest "
             "deviation of the package from itself.",
             markdown_table(head, rows),

@@ -52,11 +52,12 @@ def write_json(name: str, figures: Mapping[str, object]) -> None:
 
 
 def read_json(name: str) -> tuple[dict, str]:
-    """The figures of results/NAME.json, and the machine and the day that they belong to, in
-    words."""
+    """The figures of results/NAME.json, and the machine, the revision and the day that they belong
+    to, in words."""
     figures = json.loads((RESULTS / f"{name}.json").read_text())
     about = figures["machine"]
-    return figures, f"{about['cpu']}, {about['cores']} cores, {about['date']}"
+    where = f"{about['cpu']}, {about['cores']} cores, revision {about['revision']}, {about['date']}"
+    return figures, where
 
 
 def write_table(name: str, table: pd.DataFrame, **notes: object) -> None:

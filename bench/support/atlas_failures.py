@@ -1,9 +1,9 @@
 """Whether there is an answer by other means where a scene of the atlas has none.
 
-The package with smaller steps and other settings; then, without friction, SLSQP from several starts
-on a chain of links (`atlas_slsqp`), which proves that there is a shape, though not that the path
-leads to it; with friction the frictionless answer at the same place, from which the equilibrium is
-followed by shooting while the friction grows.
+The package with smaller steps and other settings; without friction the branch from first touch,
+followed by SciPy's SLSQP in small steps (`atlas_follow`), which shows whether the path leads to an
+answer; with friction the frictionless answer at the same place, from which the equilibrium is
+followed by shooting while the friction grows: that there is one, not that the path leads to it.
 """
 
 import extremes
@@ -13,6 +13,7 @@ import shooting_many
 
 from support import (
     atlas_causes,
+    atlas_follow,
     atlas_overlaps,
     atlas_runs,
     atlas_slsqp,
@@ -26,36 +27,34 @@ JAW_WAYS: tuple[dict[str, object], ...] = (
 )
 SIDE_WAYS: tuple[dict[str, object], ...] = ({"path.steps": 30},)
 FRICTION_STEPS = 10
-NOT_TRIED = "smaller steps do not"
-"""Of rows that are not given to SLSQP either."""
 CLEAR_CAUSES = (atlas_causes.COVERED, atlas_causes.PASSED)
 """Geometry says that there is no shape, or that the undeformed finger is one."""
-SLSQP, SHOOTING = "SLSQP", "shooting, one contact"
+SHOOTING = "shooting, one contact"
 
 
-def try_again(kind: str, table: pd.DataFrame, slsqp: int) -> pd.DataFrame:
-    """Failed rows of a kind for one cause, all with friction or all without, with the column
-    solved_by (empty: by nothing that was tried). The first `slsqp` without friction that smaller
-    steps do not solve are given to SLSQP."""
+def try_again(kind: str, table: pd.DataFrame, follows: int) -> pd.DataFrame:
+    """Failed rows of a kind for one cause, all with friction or all without, with the columns
+    solved_by (empty: by nothing that was tried) and followed: the first `follows` without friction
+    whose branch was followed (others: empty)."""
     jaws, rubs = kind in extremes.JAW_KINDS, bool(table["friction.mu"].gt(0.0).any())
     by = _by_settings(kind, table, (JAW_WAYS[:1] if rubs else JAW_WAYS) if jaws else SIDE_WAYS)
     left = by.index[by == ""].to_numpy()
     if jaws and rubs and len(left):
         by[left[_slides(kind, left, by.index, table["friction.mu"].to_numpy())]] = SHOOTING
-    else:
-        tried = 0 if rubs or table["cause"].isin(CLEAR_CAUSES).any() else slsqp
-        for index in left[:tried]:
-            by[index] = SLSQP if _is_shape(kind, int(index)) else ""
-        by[left[tried:]] = NOT_TRIED
-    return table.assign(solved_by=by.to_numpy())
+    count = 0 if rubs or table["cause"].isin(CLEAR_CAUSES).any() else follows
+    followed = [
+        branch(kind, int(index)).what if at < count else "" for at, index in enumerate(by.index)
+    ]
+    return table.assign(solved_by=by.to_numpy(), followed=followed)
 
 
-def _is_shape(kind: str, index: int) -> bool:
-    """Whether SLSQP finds a shape."""
-    if kind in extremes.SIDE_KINDS:
-        return atlas_slsqp_sides.solve(kind, index)
-    columns = extremes.jaw_block(kind, index // extremes.BLOCK)
-    return atlas_slsqp.solve(atlas_slsqp.shape_of(columns, index % extremes.BLOCK))[0]
+def branch(kind: str, index: int) -> atlas_follow.Followed:
+    """The branch of a scene without friction from the first touch."""
+    with np.errstate(all="ignore"):
+        if kind in extremes.SIDE_KINDS:
+            return atlas_slsqp_sides.SideChain(kind, index).follow()
+        columns = extremes.jaw_block(kind, index // extremes.BLOCK)
+        return atlas_slsqp.JawChain(columns, index % extremes.BLOCK).follow()
 
 
 def _by_settings(kind: str, table: pd.DataFrame, ways: tuple[dict[str, object], ...]) -> pd.Series:
@@ -110,8 +109,9 @@ def slide(kind: str, smooth: pd.DataFrame, mu: np.ndarray) -> np.ndarray:
                 normal = -straight / (pressing * (1.0 + lean**2))[:, None]
             claim = shooting_many.Claim(truth.force, truth.contact, truth.pose)
         for i in np.flatnonzero(good):
-            shape = atlas_slsqp.shape_of(columns, int(rows[i]))
-            good[i] = atlas_slsqp.gaps(shape, truth.pose[i]).min() > -atlas_overlaps.PENETRATION
+            chain = atlas_slsqp.JawChain(columns, int(rows[i]))
+            gaps = chain.pose_gaps(truth.pose[i], chain.stop)
+            good[i] = gaps.min() > -atlas_overlaps.PENETRATION
         found[here] = good
     return found
 

@@ -13,6 +13,9 @@ from support import atlas_slsqp
 PENETRATION = 1e-5
 """What counts as inside, in finger lengths or sizes of the target."""
 
+EDGE_POINTS = 81
+"""Of a jaw that are looked at."""
+
 
 @lru_cache(maxsize=2)
 def _jaw_block(kind: str, block: int) -> extremes.Columns:
@@ -35,9 +38,9 @@ def is_short_block(kind: str, index: int) -> bool:
 def jaw_overlaps(kind: str, index: int) -> bool:
     """Whether the undeformed jaw's edge is inside the target at the path's end."""
     columns = _jaw_block(kind, index // extremes.BLOCK)
-    shape = atlas_slsqp.shape_of(columns, index % extremes.BLOCK)
-    gaps = atlas_slsqp.gaps(shape, np.array([1.0, 0.0, 0.0]))
-    return bool(gaps[: atlas_slsqp.EDGE_POINTS].min() < -PENETRATION)
+    chain = atlas_slsqp.JawChain(columns, index % extremes.BLOCK)
+    edge = chain.edge(np.linspace(0.0, 1.0, EDGE_POINTS))[0] + [1.0, 0.0]
+    return bool(chain.outside(edge - [chain.stop, chain.y]).min() < -PENETRATION)
 
 
 @lru_cache

@@ -1,117 +1,164 @@
-"""SciPy's SLSQP on any of the atlas's fingers with a jaw, from several starts, without friction.
+"""The atlas's fingers with a jaw as chains of links, for `atlas_follow`; nothing of the package.
 
-To learn whether there is a shape where the package finds none, with nothing of it: the finger is a
-chain of N_LINKS links of equal flexibility, the jaw a row of points that stay outside the target,
-the energy is minimised from the undeformed finger and from fingers bent down and up. Lengths in
-units of the finger's, energies of EI/L at the clamp.
+Points of the jaw stay outside the target, and the target's corners or its centre away from the
+jaw. Lengths in units of the finger's, energies of EI/L at the clamp.
 """
 
-from dataclasses import dataclass
+from functools import cached_property
 
 import extremes
 import numpy as np
 import shooting_many
-from scipy.optimize import minimize
+from scipy.linalg import block_diag
+
+from support.atlas_follow import Followed, follow
 
 Array = np.ndarray
 
-N_LINKS = 30
-EDGE_POINTS = 81
-RETURN_POINTS = 20
-CURVATURES = (0.0, -1.0, -3.0, 2.0)
-"""Of the starts, 1/L."""
-MOST_ITERATIONS = 300
-FTOL = 1e-10
-CLEAR = 1e-7
-"""Penetration that an answer may have."""
+N_LINKS = 24
+BENDING_MODES, SHEAR_MODES = 10, 6
+"""Polynomials over the links, which a load at the tip needs; they are what SLSQP gets."""
+EDGE_POINTS = 121
+"""Of a convex arc; of what else a target's straight side or circle touches only the ends."""
+SEEN_POINTS, THROUGH = 401, 1e-5
+"""Points of any jaw that are looked at in an answer, and how deep they may be."""
+DIFFERENCE = 1e-7
+"""Of a pose."""
+UNDEFORMED = np.array([1.0, 0.0, 0.0])
+WAYS = np.logspace(-13.0, 3.0, 481)
+"""Distances from the end of the path at which first touch is looked for."""
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A jaw's finger at one position: links (n,) and their compliances, jaw points (P, 2) from the
-    tip, the target's point, radius (0: a block) and length of the block's underside (0: endless).
-    """
+class JawChain:
+    """The scene in row `row` of a table."""
 
-    links: Array
-    bending: Array
-    shearing: Array | None
-    jaw: Array
-    at: Array
-    radius: float
-    length: float
+    def __init__(self, columns: extremes.Columns, row: int) -> None:
+        rows = np.array([row])
+        self.stop = float(columns["path.stop"][row] / columns["finger.length"][row])
+        f = shooting_many.fingers(columns, rows, columns["path.stop"][rows].astype(float))
+        ratio, shear = float(f.ratio[0]), float(f.shear[0])
+        grows = np.log(ratio)
+        z = np.linspace(0.0, 1.0, N_LINKS + 1)
+        s = z if abs(grows) < 1e-12 else np.expm1(grows * z) / (ratio - 1.0)
+        self.links, middle = np.diff(s), 0.5 * (s[1:] + s[:-1])
+        thick = 1.0 + (ratio - 1.0) * middle
+        weight = thick**3 * self.links
+        if np.isfinite(shear):
+            weight = np.append(weight, shear * thick * self.links)
+        modes = [_polynomials(BENDING_MODES), _polynomials(SHEAR_MODES)][: len(weight) // N_LINKS]
+        self.fields = block_diag(*modes) / np.sqrt(weight)[:, None]
+        self.size = self.fields.shape[1]
+        self.a, self.b, self.half = f.a[0], f.b[0], float(f.half[0])
+        self.down = -np.array([np.cos(f.back[0]), np.sin(f.back[0])])
+        self.y, self.radius, self.length = float(f.at[0, 1]), float(f.radius[0]), float(f.length[0])
+        count = EDGE_POINTS if self.half > 0.0 and self.radius == 0.0 else 2
+        self.jaw = self.edge(np.linspace(0.0, 1.0, count))[0]
+
+    @cached_property
+    def first(self) -> float:
+        """Where the target first touches the undeformed finger; NaN: nowhere on its path."""
+        inside = [self.pose_gaps(UNDEFORMED, self.stop + way).min() < 0.0 for way in WAYS]
+        if not any(inside):
+            return np.nan
+        last = np.flatnonzero(inside)[-1]
+        low, high = WAYS[last], WAYS[min(last + 1, len(WAYS) - 1)]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            touched = self.pose_gaps(UNDEFORMED, self.stop + middle).min() < 0.0
+            low, high = (middle, high) if touched else (low, middle)
+        return self.stop + high
+
+    def follow(self) -> Followed:
+        """The branch from the first touch; positions in finger lengths."""
+        return follow(self, self.first, self.stop)
+
+    def gaps(self, z: Array, position: float) -> Array:
+        """See `atlas_follow.Chain`."""
+        return self.pose_gaps(self.pose(z)[0], position)
+
+    def slopes(self, z: Array, position: float) -> Array:
+        """See `atlas_follow.Chain`."""
+        pose, turns = self.pose(z)
+        aside = DIFFERENCE * np.eye(3)
+        rates = [
+            self.pose_gaps(pose + one, position) - self.pose_gaps(pose - one, position)
+            for one in aside
+        ]
+        slopes: Array = np.column_stack(rates) / (2.0 * DIFFERENCE) @ turns
+        return slopes
+
+    def is_clear(self, z: Array, position: float) -> bool:
+        """The gaps do not see the back of an arc that is nearly half a circle."""
+        pose = self.pose(z)[0]
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        edge = self.edge(np.linspace(0.0, 1.0, SEEN_POINTS))[0] @ [[cos, sin], [-sin, cos]]
+        return bool(self.outside(pose[:2] + edge - [position, self.y]).min() > -THROUGH)
+
+    def pose(self, z: Array) -> tuple[Array, Array]:
+        """The tip's x, y, psi (3,) and their derivatives (3, n)."""
+        n, fields = N_LINKS, self.fields @ z
+        turn = np.cumsum(fields[:n] * self.links)
+        theta = turn - 0.5 * fields[:n] * self.links
+        if len(fields) > n:
+            theta = theta + fields[n:]
+        step = self.links * np.array([np.cos(theta), np.sin(theta)])
+        rates = np.array([-step[1], step[0]])  # over theta
+        beyond = np.cumsum(rates[:, ::-1], axis=1)[:, ::-1]
+        bend = np.vstack([(beyond - 0.5 * rates) * self.links, self.links])
+        shear = np.vstack([rates, np.zeros(n)])
+        derivatives = np.hstack([bend, shear])[:, : len(fields)] @ self.fields
+        return np.append(step.sum(axis=1), turn[-1]), derivatives
+
+    def pose_gaps(self, pose: Array, position: float) -> Array:
+        """Distances (m,) of the jaw's points from the target and of the target's from the jaw."""
+        at = np.array([position, self.y])
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        turned = np.array([[cos, sin], [-sin, cos]])
+        own = np.array([self._from_jaw(turned @ (at - pose[:2])) - self.radius])
+        if self.length > 0.0:
+            other = at + [self.length, 0.0]
+            own = np.append(own, self._from_jaw(turned @ (other - pose[:2])))
+        return np.append(self.outside(pose[:2] + self.jaw @ turned - at), own)
+
+    def outside(self, p: Array) -> Array:
+        """Distances (m,) from the target of points (m, 2) seen from its corner or centre, negative
+        inside."""
+        if self.radius > 0.0:
+            return np.hypot(*p.T) - self.radius
+        across = -p[:, 0]  # a block to the right of and above its corner
+        if self.length > 0.0:
+            across = np.maximum(across, p[:, 0] - self.length)
+        out = np.hypot(np.maximum(across, 0.0), np.maximum(-p[:, 1], 0.0))
+        return np.where(out > 0.0, out, np.maximum(across, -p[:, 1]))
+
+    def _from_jaw(self, p: Array) -> float:
+        """Signed distance of a point (2,) in the tip's frame from the jaw, which is below its edge,
+        in front of its return face and not beyond b."""
+        chord = self.b - self.a
+        place = along = (p - self.a) @ chord / (chord @ chord)
+        if self.half != 0.0:
+            size = np.hypot(*chord)
+            left = np.array([-chord[1], chord[0]]) / size
+            rho = 0.5 * size / np.sin(self.half)
+            normal = (p - 0.5 * (self.a + self.b) + rho * np.cos(self.half) * left) / rho
+            turn = np.arctan2(left[0] * normal[1] - left[1] * normal[0], left @ normal)
+            place = 0.5 * (1.0 - turn / self.half)
+        point, outward = self.edge(np.array([min(max(place, 0.0), 1.0)]))
+        above = float((p - point[0]) @ outward[0]) if 0.0 < place < 1.0 else np.inf
+        behind = float((p - self.a) @ [self.down[1], -self.down[0]])
+        if behind < 0.0 and above < 0.0:
+            return max(above, behind) if along <= 1.0 else float(np.hypot(*(p - self.b)))
+        back = self.a + max((p - self.a) @ self.down, 0.0) * self.down
+        from_back = np.hypot(*(p - back)) if behind > 0.0 else np.inf
+        return float(min(np.hypot(*(p - point[0])), from_back))
+
+    def edge(self, place: Array) -> tuple[Array, Array]:
+        """Points (m, 2) of the jaw from 0 at a to 1 at b, seen from the tip, and normals (m, 2)."""
+        each = np.ones((len(place), 1))
+        return extremes.jaw_point(each * self.a, each * self.b, each[:, 0] * self.half, place)
 
 
-def shape_of(columns: extremes.Columns, row: int) -> Shape:
-    """The scene in row `row` of a table at the end of its path."""
-    rows = np.array([row])
-    f = shooting_many.fingers(columns, rows, columns["path.stop"][rows].astype(float))
-    ratio, shear = float(f.ratio[0]), float(f.shear[0])
-    grows = np.log(ratio)
-    z = np.linspace(0.0, 1.0, N_LINKS + 1)
-    s = z if abs(grows) < 1e-12 else np.expm1(grows * z) / (ratio - 1.0)
-    links, middle = np.diff(s), 0.5 * (s[1:] + s[:-1])
-    thick = 1.0 + (ratio - 1.0) * middle
-    place = np.linspace(0.0, 1.0, EDGE_POINTS)
-    edge = extremes.jaw_point(
-        np.repeat(f.a, len(place), 0), np.repeat(f.b, len(place), 0),
-        np.repeat(f.half, len(place)), place,
-    )[0]  # fmt: skip
-    down = -np.array([np.cos(f.back[0]), np.sin(f.back[0])])
-    size = float(np.hypot(*(f.b - f.a)[0]))
-    far = np.linspace(0.0, 3.0 * size, RETURN_POINTS + 1)[1:]
-    return Shape(
-        links=links,
-        bending=thick**3,
-        shearing=shear * thick if np.isfinite(shear) else None,
-        jaw=np.vstack([edge, f.a + far[:, None] * down]),
-        at=f.at[0],
-        radius=float(f.radius[0]),
-        length=float(f.length[0]),
-    )
-
-
-def pose(shape: Shape, unknowns: Array) -> Array:
-    """The tip's x, y, psi; unknowns: the links' curvatures (n,), then shear angles (n,)."""
-    n = len(shape.links)
-    turn = np.cumsum(unknowns[:n] * shape.links)
-    middle = turn - 0.5 * unknowns[:n] * shape.links
-    theta = middle + (unknowns[n:] if shape.shearing is not None else 0.0)
-    return np.array([shape.links @ np.cos(theta), shape.links @ np.sin(theta), turn[-1]])
-
-
-def gaps(shape: Shape, where: Array) -> Array:
-    """Distances (P,) of the jaw's points from the target, negative inside."""
-    cos, sin = np.cos(where[2]), np.sin(where[2])
-    p = where[:2] + shape.jaw @ np.array([[cos, sin], [-sin, cos]]) - shape.at
-    if shape.radius > 0.0:
-        return np.hypot(*p.T) - shape.radius
-    # a block to the right of and above its corner
-    out = np.column_stack([-p[:, 0], -p[:, 1]])
-    if shape.length > 0.0:
-        out = np.column_stack([out, p[:, 0] - shape.length])
-    across = np.maximum(out[:, 0], out[:, 2]) if shape.length > 0.0 else out[:, 0]
-    outside = np.hypot(np.maximum(across, 0.0), np.maximum(out[:, 1], 0.0))
-    return np.where(outside > 0.0, outside, np.maximum(across, out[:, 1]))
-
-
-def solve(shape: Shape) -> tuple[bool, Array, float]:
-    """Whether any start ends in a shape that does not penetrate, of the least energy found; the
-    unknowns and the energy."""
-    n = len(shape.links)
-    weight = shape.bending * shape.links
-    if shape.shearing is not None:
-        weight = np.concatenate([weight, shape.shearing * shape.links])
-    scale = 1.0 / np.sqrt(weight)  # unknowns in which the energy is 1/2 z.z
-    outside = {"type": "ineq", "fun": lambda z: gaps(shape, pose(shape, scale * z))}
-    best: tuple[bool, Array, float] = (False, np.zeros(len(scale)), np.inf)
-    for curvature in CURVATURES:
-        start = np.zeros(len(scale))
-        start[:n] = curvature / scale[:n]
-        found = minimize(
-            lambda z: 0.5 * z @ z, start, jac=lambda z: z, method="SLSQP", constraints=outside,
-            options={"ftol": FTOL, "maxiter": MOST_ITERATIONS},
-        )  # fmt: skip
-        inside = gaps(shape, pose(shape, scale * found.x)).min() < -CLEAR
-        if found.success and not inside and found.fun < best[2]:
-            best = True, scale * found.x, float(found.fun)
-    return best
+def _polynomials(count: int) -> Array:
+    """Orthonormal polynomials at the links' middles (N_LINKS, count)."""
+    middle = (2.0 * np.arange(N_LINKS) + 1.0) / N_LINKS - 1.0
+    return np.linalg.qr(np.polynomial.legendre.legvander(middle, count - 1))[0]

@@ -43,7 +43,8 @@ def folder() -> Path:
     return ROOT / "results" / "atlas" / digest.hexdigest()[:16]
 
 
-JUDGES = ("runs", "bulk", "causes", "overlaps", "truth", "failures", "slsqp", "slsqp_sides")
+JUDGES = ("runs", "bulk", "causes", "overlaps", "truth", "failures", "follow", "slsqp",
+          "slsqp_sides")  # fmt: skip
 """Modules of this folder whose tables are kept."""
 
 

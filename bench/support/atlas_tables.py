@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from support import markdown_table
+from support import atlas_kept, markdown_table
 from support.atlas_rates import existing, limits, upper
 from support.atlas_truth import OTHER_BRANCH
 from support.atlas_verdicts import WRONG, unanswered, wrong_in_silence
@@ -75,22 +75,40 @@ def features(table: pd.DataFrame) -> str:
 
 def failures(table: pd.DataFrame, tried: pd.DataFrame) -> str:
     """The failed rows by cause, and whether there is a solution."""
-    head = ["no answer because", "friction", "scenes", "tried", "smaller steps do", "of 10,000",
-            "left to others", "they do", "of 10,000", "for example (kind index)"]  # fmt: skip
+    head = ["no answer because", "friction", "scenes", "judged", "path leads to one", "of 10,000",
+            "one elsewhere", "of 10,000", "none found", "undecided",
+            "for example (kind index)"]  # fmt: skip
     rows = [
-        [row.cause, row.friction, f"{row.failed:,}", f"{row.tried}", f"{row.ours}",
-         limits(row.rate_ours, row.low_ours, row.high_ours), f"{row.asked}", f"{row.theirs}",
-         limits(row.rate_theirs, row.low_theirs, row.high_theirs) if row.asked else "-", row.named]
+        [row.cause, row.friction, f"{row.failed:,}", f"{row.judged}", f"{row.missing}",
+         limits(*row.of_missing), f"{row.elsewhere}", limits(*row.of_elsewhere), f"{row.nothing}",
+         f"{row.undecided}", row.named]
         for row in existing(table, tried).itertuples()
     ]  # fmt: skip
+    return markdown_table(head, rows) + "\n\n" + FAILED
+
+
+FAILED = (
+    "Judged: a random sample of the failed rows of each kind and cause, by the package with "
+    "smaller steps or other modes and, without friction, by SciPy's SLSQP, which follows a chain "
+    "of links from the first touch in steps so small that it stays on its branch "
+    "(`bench/support/atlas_follow.py`). *The path leads to one*: SLSQP reaches the end of the path "
+    "without a snap, or smaller steps do. *Elsewhere*: SLSQP finds that the branch ends in a limit "
+    "point and goes on behind the snap; with friction, shooting finds an equilibrium there, from "
+    "the frictionless one while the friction grows, which may be on another branch. *None found*: "
+    "SLSQP's branch ends and no shape is found from there. *Of 10,000*: how many of all scenes "
+    "that stands for, and in brackets the limits of 95 % confidence."
+)
+
+
+def listed(table: pd.DataFrame) -> str:
+    """What has become of the kept cases, in a sentence."""
+    number = table["now"].value_counts()
+    said = ", ".join(f"{count:,} {now}" for now, count in number.items())
+    bad = table[table["now"] == atlas_kept.WRONG]
+    names = ", ".join(bad["kind"] + " " + bad["index"].astype(str))
     return (
-        markdown_table(head, rows) + "\n\nTried: a random sample of the failed rows, with 30 to "
-        "200 positions and with 12 modes. Left to others: of those that are left, without "
-        "friction a sample to SLSQP from several starts, with friction all to shooting from the "
-        "frictionless answer while the friction grows. These show that there is an equilibrium, "
-        "not that the path from the first touch leads to it. *Of 10,000*: scenes that have no "
-        "answer for this cause though smaller steps find one, and though the others do; in "
-        "brackets the limits of 95 % confidence."
+        "Scenes without friction that had no answer though there is one, in any run "
+        f"(`tests/unsolved.csv`): {len(table):,} scenes; {said}{': ' * bool(names)}{names}."
     )
 
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from support.atlas_rates import existing, upper
+from support.atlas_rates import ALL, existing, limits, upper
 from support.atlas_tables import (
     COUNTED,
     conditions,
@@ -11,8 +11,10 @@ from support.atlas_tables import (
     features,
     grids,
     judges,
+    listed,
     truth,
 )
+from support.atlas_truth import MOST_INTERVALS, TIMES
 from support.atlas_verdicts import LOOSE, loose, scenes_in, unanswered, wrong_in_silence
 
 Table = tuple[pd.DataFrame, dict[str, object]]
@@ -27,20 +29,23 @@ def headlines(
     for what, table, judged, tried, how in (
         ("fingers with jaws", jaws, jaws_judged, jaws_tried, "with shooting or other modes"),
         ("fingers in direct contact", sides, sides_judged, sides_tried,
-         "with up to eight times as many intervals"),
+         f"with up to {TIMES[0]} times as many intervals"),
     ):  # fmt: skip
         wrong, lost = len(wrong_in_silence(judged)), len(unanswered(judged))
         left = existing(table, tried)
-        smooth, rubs = left[left["friction"] == "μ = 0"], left[left["friction"] != "μ = 0"]
-        number = smooth[["rate_ours", "rate_theirs"]].sum().sum()
+        smooth, rubs = (
+            left[left["cause"].eq(ALL) & left["friction"].eq(which)].iloc[0]
+            for which in ("μ = 0", "μ > 0")
+        )
         said.append(
             f"Of {len(table):,} random {what}, far beyond use, {judged['index'].count():,} rows of "
             f"{scenes_in(judged):,} were compared {how}: {wrong} are wrong in silence (at most "
             f"{upper(wrong, len(judged)):.1f} of 10,000 with 95 % confidence), for {lost} there is "
             f"no truth. {table['overlaps'].sum():,} of all say that there is no "
-            f"contact where there is. Of 10,000 about {number:.2g} without friction have no answer "
-            f"though other means find one, and {rubs['rate_ours'].sum():.2g} with friction though "
-            "smaller steps do (the goal is 1)."
+            f"contact where there is. Of 10,000, without friction, {limits(*smooth['of_missing'])} "
+            "have no answer though the path from first touch leads to one (the goal is 1), and "
+            f"{smooth['of_elsewhere'][0]:.2g} one behind a snap; with friction "
+            f"{rubs['of_missing'][0]:.2g} though smaller steps have one."
         )
     return said
 
@@ -48,7 +53,7 @@ def headlines(
 def section(
     jaws: Table, sides: Table, jaws_judged: Table, sides_judged: Table, jaws_tried: Table,
     sides_tried: Table, jaws_features: Table, sides_features: Table, digits: Table, grid: Table,
-    condition: Table,
+    condition: Table, kept: Table,
 ) -> str:  # fmt: skip
     """All of it."""
     about = jaws[1]
@@ -75,12 +80,14 @@ def section(
             "![Random jaws](results/atlas_jaws.png)",
             "### Direct contact",
             counts(sides[0], sides_judged[0]),
-            "The truth here is the same scene with eight times as many intervals (or five or "
-            "three, where that has no answer), at most 1,440; *no truth*: none has an answer. "
-            + judges(sides_judged[0]),
+            f"The truth here is the same scene with {' or '.join(map(str, TIMES))} times as many "
+            "intervals (each where the one before has no answer), at most "
+            f"{MOST_INTERVALS:,}; *no truth*: none has an answer. " + judges(sides_judged[0]),
             features(sides_features[0]),
             failures(sides[0], sides_tried[0]),
             "![Random direct contact](results/atlas_sides.png)",
+            "### Kept cases",
+            listed(kept[0]),
             "### The truth to 34 digits, grids, condition",
             truth(digits[0]),
             grids(grid[0]),
