@@ -11,6 +11,8 @@ from fastncm.sqp import status
 
 #: To what share of mu the critical friction is found.
 _CLOSE = 1e-7
+#: Part of mu below which it is not friction that locks.
+_SLIGHT = 1e-3
 #: Iterations times nodes after which it is not looked for any further.
 _MOST_WORK = 2_000_000
 
@@ -42,7 +44,7 @@ def find_critical_friction(problem: NodalProblem, tolerance: float, trace: Surfa
                 high = trial
             trial = 0.5 * (low + high)
             work += way.rows[0, :, rows.ITERATIONS].sum() * nodes
-        if high - low > close:
+        if high - low > close or 0.0 < low < _SLIGHT * problem.mu[d]:
             continue
         row[rows.CRITICAL] = low
         snaps = row[rows.RELEASED] > 0.0 or np.isnan(row[rows.END])
