@@ -11,6 +11,10 @@ from fastncm.sqp import status
 
 #: To what share of mu the critical friction is found.
 _CLOSE = 1e-7
+#: Part of mu below which it is not friction that locks.
+_SLIGHT = 1e-3
+#: Iterations times nodes after which it is not looked for any further.
+_MOST_WORK = 2_000_000
 
 
 def find_critical_friction(problem: NodalProblem, tolerance: float, trace: SurfaceTrace) -> None:
@@ -30,15 +34,18 @@ def find_critical_friction(problem: NodalProblem, tolerance: float, trace: Surfa
         walk, way = make_walk(part, only_follows=True), make_surface_trace(part, shapes=False)
         low, high = 0.0, float(problem.mu[d])
         close = _CLOSE * high
-        trial = close
-        while high - low > close:
+        trial, row, nodes = close, trace.rows[d, first[d]], len(problem.arc)
+        work = row[rows.ITERATIONS] * nodes
+        while high - low > close and work < _MOST_WORK:
             part.mu[0] = trial
             if _gets_through(part, walk, tolerance, way):
                 low = trial
             else:
                 high = trial
             trial = 0.5 * (low + high)
-        row = trace.rows[d, first[d]]
+            work += way.rows[0, :, rows.ITERATIONS].sum() * nodes
+        if high - low > close or 0.0 < low < _SLIGHT * problem.mu[d]:
+            continue
         row[rows.CRITICAL] = low
         snaps = row[rows.RELEASED] > 0.0 or np.isnan(row[rows.END])
         if low > 0.0 and not snaps:  # it locks: what is found beyond is no answer
