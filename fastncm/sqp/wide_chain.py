@@ -121,8 +121,9 @@ def _hold_node(problem, d, state, chain, j, interval, own):
                 _spread(problem, (0.0, 0.0, 1.0), before, along_x, along_y, wide.left)
                 _spread(problem, w, before, along_x, along_y, wide.right)
                 out = wide.terms[p, _ARM]
-                n += _bend(wide, out, wide.left, wide.right, force, 0.0, False)
-                excess += n if p < state.first.shape[0] + 1 else n % 2
+                o = _bend(wide, out, wide.left, wide.right, force, 0.0, False)
+                # of a target's point, neither is symmetric: as if both only took away
+                excess += n + o if p < state.first.shape[0] + 1 else -abs(n) - abs(o)
             if chain.touching[p]:
                 _spread(problem, a, before, along_x, along_y, wide.left)
                 _spread(problem, c, before, along_x, along_y, wide.right)
