@@ -129,7 +129,8 @@ def _advice(picked: Array, number: Array, lowered: LoweredSurface, chosen: Array
     ended = failed | (touching & (lost == AFRESH))
     for case, place in zip(*np.nonzero(ended), strict=True):
         advice[case, place] += _end_of_branch(picked[case, place], unit[case], lowered)
-    advice[touching & ((lost == AFRESH) | (lost == EARLIER))] += (
+    elsewhere = touching & ((lost == AFRESH) | (lost == EARLIER))
+    advice[elsewhere] += (
         " The finger could not be followed to here, as where it snaps: the shape is the one found "
         "beyond, which may be another than the path leads to. Contacts are taken to have slid for "
         "long; the error estimate covers any other friction."
@@ -139,6 +140,8 @@ def _advice(picked: Array, number: Array, lowered: LoweredSurface, chosen: Array
         "from beside, on the side that touches, and contacts are taken to have slid for long. "
         "There may be other shapes: energy_J and tip_angle_rad tell them apart."
     )
+    for case, place in zip(*np.nonzero(ended | elsewhere | (lost == COLD)), strict=True):
+        advice[case, place] = advice[case, place].strip()
     return advice
 
 

@@ -45,6 +45,26 @@ def test_an_edge_lies_flat_on_the_block() -> None:
     assert ends(scene(case, **path)) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-10])
+def test_a_corner_does_not_stay_on_a_corner(rtol: float) -> None:
+    """A steep jaw whose corner a meets the block's corner slips under the block at once: the two
+    cannot press on each other. (They did, with two contacts in one place, at most tolerances.)"""
+    case = ShootingCase(
+        a=(0.057, 0.02314360681578821), b=(0.07820238108791203, 0.0024724834765438852),
+        path_y=0.013544044725070805, target_radius=None,
+    )  # fmt: skip
+    positions = [0.066471, 0.064605, 0.062739, 0.060873, 0.059007]
+    edge = shooting.peak_position(case)
+    solver = {"solver.order": "auto", "solver.rtol": rtol}
+    curve = fastncm.solve(scene(case, **solver), positions=positions)
+    for row, position in zip(curve.frame().itertuples(), positions, strict=True):
+        exact = shooting.solve(case, position, "edge" if position > edge.position else "corner")
+        assert row.normal_force_N == pytest.approx(exact.normal_force, rel=10.0 * rtol)
+        assert row.contacts == 1
+    place = float(curve.advice.split("limit point at ")[1].split()[0])
+    assert place == pytest.approx(edge.position, abs=1e-6)
+
+
 def test_a_corner_slips_off_the_block() -> None:
     """Corner a slides down the face until it is level with the block's corner; then the finger
     snaps under the block, where a goes on along the underside."""
