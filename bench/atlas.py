@@ -38,7 +38,7 @@ SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
 SECONDS = 900.0
 """After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
-SHOT_SCENES = 400
+SHOT_SCENES = 300
 """Scenes of each kind of jaws of which every row is compared with shooting."""
 FINER_SCENES = 200
 """Scenes of each kind of direct contact of which every row is compared with finer intervals."""
@@ -46,7 +46,7 @@ SCENES_A_PIECE = 100
 """That are judged in one go."""
 TRIED = 12
 """Failed rows of each kind and cause, with friction and without, that are tried in other ways."""
-FOLLOWED = {"jaws": 12, "sides": 4}
+FOLLOWED = {"jaws": 8, "sides": 4}
 """And of those without friction, those whose branch is followed."""
 DIGITS = 5
 """Scenes of each kind of jaws whose truth is computed to 34 digits."""
