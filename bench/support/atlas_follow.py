@@ -6,6 +6,7 @@ shaken, so that only minima are followed. Where the shape moves too far the step
 still does in the smallest one, the branch has ended in a limit point and the finger snaps.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -60,6 +61,20 @@ class Followed:
     what: str
     z: Array
     position: float
+
+
+def first_touch(is_inside: Callable[[float], bool], ways: Array) -> float:
+    """How far before the end of the path the undeformed finger is first touched; `ways` (k,), in
+    ascending order, are looked at, and the touch is found by bisection. NaN: nowhere."""
+    inside = [is_inside(float(way)) for way in ways]
+    if not any(inside):
+        return float("nan")
+    last = int(np.flatnonzero(inside)[-1])
+    low, high = ways[last], ways[min(last + 1, len(ways) - 1)]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if is_inside(middle) else (low, middle)
+    return float(high)
 
 
 def follow(chain: Chain, first: float, stop: float) -> Followed:

@@ -11,7 +11,7 @@ import numpy as np
 import shooting_many
 from scipy.linalg import block_diag
 
-from support.atlas_follow import Followed, follow
+from support.atlas_follow import Followed, first_touch, follow
 
 Array = np.ndarray
 
@@ -57,16 +57,11 @@ class JawChain:
     @cached_property
     def first(self) -> float:
         """Where the target first touches the undeformed finger; NaN: nowhere on its path."""
-        inside = [self.pose_gaps(UNDEFORMED, self.stop + way).min() < 0.0 for way in WAYS]
-        if not any(inside):
-            return np.nan
-        last = np.flatnonzero(inside)[-1]
-        low, high = WAYS[last], WAYS[min(last + 1, len(WAYS) - 1)]
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            touched = self.pose_gaps(UNDEFORMED, self.stop + middle).min() < 0.0
-            low, high = (middle, high) if touched else (low, middle)
-        return self.stop + high
+
+        def is_inside(way: float) -> bool:
+            return bool(self.pose_gaps(UNDEFORMED, self.stop + way).min() < 0.0)
+
+        return self.stop + first_touch(is_inside, WAYS)
 
     def follow(self) -> Followed:
         """The branch from the first touch; positions in finger lengths."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from support import atlas_overlaps
-from support.atlas_follow import Followed, follow
+from support.atlas_follow import Followed, first_touch, follow
 
 Array = np.ndarray
 
@@ -61,16 +61,13 @@ class SideChain:
     def first(self) -> float:
         """Where the target first touches the undeformed finger; NaN: nowhere on its path."""
         flat, way = np.zeros(self.size), self.start - self.stop
-        inside = [self.gaps(flat, self.stop + one * way).min() < 0.0 for one in WAYS]
-        if not any(inside) or inside[-1]:
-            return np.nan
-        last = np.flatnonzero(inside)[-1]
-        low, high = WAYS[last], WAYS[last + 1]
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            touched = self.gaps(flat, self.stop + middle * way).min() < 0.0
-            low, high = (middle, high) if touched else (low, middle)
-        return float(self.stop + high * way)
+
+        def is_inside(share: float) -> bool:
+            return bool(self.gaps(flat, self.stop + share * way).min() < 0.0)
+
+        if is_inside(float(WAYS[-1])):
+            return float("nan")
+        return self.stop + first_touch(is_inside, WAYS) * way
 
     def follow(self) -> Followed:
         """The branch from the first touch; positions as the path's."""

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fastncm.columns import CASE_UNITS, CURVE_UNITS
 from fastncm.scene import Scene, unit_of
 from fastncm.scene.kinds import is_number
 
@@ -51,17 +52,7 @@ WORDS = {
     "target.tilt": "tilt of the target",
     "solver.intervals": "intervals N",
 }
-RESULT_UNITS = {
-    "peak_force_N": "N",
-    "insertion_force_N": "N",
-    "peak_position": "m",
-    "position": "m",
-    "base_angle": "rad",
-    "insertion_work_J": "J",
-    "retention_force_N": "N",
-    "withdrawal_work_J": "J",
-    "hysteresis_J": "J",
-}
+RESULT_UNITS = CASE_UNITS | CURVE_UNITS | {"base_angle": "rad"}
 
 
 def position_name(scene: Scene) -> str:
