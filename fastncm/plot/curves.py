@@ -21,8 +21,6 @@ from fastncm.plot.style import (
 
 #: Opacity of what belongs to the way out.
 PALE = 0.4
-#: Share of an axis' height that two labels need between them.
-_ROOM = 0.2
 
 
 def draw_curve(ax: Axes, curve: Curve, colour: object = "black", name: str | None = None) -> None:
@@ -129,16 +127,14 @@ def label_positions(ax: Axes, curve: Curve) -> None:
 
 
 def mark_peak(ax: Axes, curve: Curve) -> None:
-    """The located peaks in words, in the space above the line."""
+    """The located peaks in words: above the line, and of two the lower one below it."""
     ax.margins(y=0.15)
     name = position_name(curve.scene)
     unit = "°" if curve.scene.position_unit == "rad" else " mm"
     peaks = located_peaks(curve)
     heights = [peak.insertion_force_N for peak, _ in peaks.values()]
-    low, high = ax.get_ylim()
-    crowded = len(heights) > 1 and abs(heights[1] - heights[0]) < _ROOM * (high - low)
     for word, (peak, _) in peaks.items():
-        below = crowded and peak.insertion_force_N == min(heights)
+        below = len(heights) > 1 and peak.insertion_force_N == min(heights)
         place = float(shown(name, peak.position))
         early = ax.transLimits.transform((place, 0.0))[0] < 0.5  # no room on its left
         ax.annotate(
