@@ -3,6 +3,7 @@
 from fastncm.kernels.cache import inner
 from fastncm.path.surface_branch import buckles, has_jumped, missing_energy, note_snap
 from fastncm.path.surface_predict import forget, predict, remember
+from fastncm.path.surface_rows import doubted_forces
 from fastncm.path.surface_slip import choose_senses, finish_friction, hold_new, regrip
 from fastncm.path.surface_way import (
     AFRESH,
@@ -27,6 +28,9 @@ _UNEXPLAINED = 0.05
 ITERATIONS, _MOST = 25, 1000
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
+#: Part of the normal forces that may be in doubt of where contacts stick before a move is divided,
+#: and the shortest one, over the longest, that is.
+_DOUBTED, _DOUBTFUL = 0.01, 1.0 / 64.0
 #: Longest move at whose beginning contacts are tried that stick from the first.
 _STICKS = 1e-4
 
@@ -73,7 +77,8 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
 
     A step that seems to lead to another branch is divided, as one that is not solved. Where it
     leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
-    than the target brings, unless the way is not `strict`, as it is none of the path's. Returns
+    than the target brings, unless the way is not `strict`, as it is none of the path's. A step after
+    which it is in doubt where contacts stick is divided, too, if shorter ones are solved. Returns
     ``(status, iterations)``; on success ``walk.place`` is the goal, else it is where the branch
     ends, or where `_MOST` iterations had led to.
     """
@@ -82,7 +87,7 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
     longest = min(1.0, _LONGEST_MOVE / length) if length > 0.0 else 1.0
     free = walk.free_move[0] / length if length > 0.0 else 1.0
     share, total, left = longest, 0, 1.0
-    careful, jumped = True, False
+    careful, jumped, doubted = True, False, 0.0
     while True:
         share = min(share, left)
         if walk.push[PUSH_NORMAL] == 0.0:
@@ -92,7 +97,7 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
         result, count = _solve_move(problem, d, walk, share, mu, tolerance)
         total += count
         trace.solves[0] += 1
-        solved, missing = result == status.CONVERGED, 0.0
+        solved, missing, unsure = result == status.CONVERGED, 0.0, False
         if solved:
             missing = missing_energy(problem, d, walk, share, mu)
             most = _UNEXPLAINED * max(walk.push[PUSH_ENERGY], walk.trial[PUSH_ENERGY])
@@ -104,6 +109,10 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
             elif careful:
                 solved = not (locks or odd or passed or has_jumped(problem, walk))
             jumped = jumped or not solved
+            if solved and mu > 0.0 and doubted >= 0.0 and share > _DOUBTFUL * longest:
+                most = _DOUBTED * walk.trial[PUSH_NORMAL]
+                if doubted_forces(problem, d, work) > most:
+                    solved, doubted, unsure = False, share, True
             if solved and odd:
                 note_snap(problem, d, i, walk, walk.push[PUSH_ENERGY] - walk.trial[PUSH_ENERGY])
                 walk.lost[0] = AFRESH
@@ -118,14 +127,19 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
             step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
-            share = min(2.0 * share, longest)
+            share, doubted = min(2.0 * share, longest), 0.0
             if total <= _MOST:
                 continue
         copy_state(walk.kept, work.state)
-        forget(walk.strides)
         if total > _MOST:
             return status.MAX_ITERATIONS, total
+        if doubted > 0.0 and not unsure:  # shorter ones fail: as it was, then
+            share, doubted = doubted, -1.0
+            continue
         share *= 0.25
+        if unsure:
+            continue
+        forget(walk.strides)
         if last_try:
             if strict or not jumped:
                 return status.BRANCH_ENDS, total

@@ -83,7 +83,7 @@ def _stiffness(problem, d, work):
 
 
 @inner
-def _doubted(problem, d, work):
+def doubted_forces(problem, d, work):
     """Change of the contact forces by what is in doubt of where contacts stick, at most: they stay
     within friction. One pass along the finger with all of them held, moved by so much."""
     state, chain, mu, doubtful = work.state, work.chain, problem.mu[d], False
@@ -103,6 +103,7 @@ def _doubted(problem, d, work):
         if chain.touching[k]:
             moved = abs(chain.force[k] - state.force[k]) + abs(chain.shear[k] - state.shear[k])
             change += min(moved, 2.0 * mu * state.force[k])
+            state.slide[k] -= state.doubt[k]
         if chain.mark[k]:
             state.stuck[k], state.shear[k] = False, 0.0
     return change
@@ -159,7 +160,7 @@ def _estimate(problem, d, work, normal, residual):
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change += stiffness * moved + normal * (missed + uneven) / energy
-    change += misplaced_forces(problem, d, state) + _doubted(problem, d, work)
+    change += misplaced_forces(problem, d, state) + doubted_forces(problem, d, work)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 
