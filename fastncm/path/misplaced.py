@@ -116,3 +116,18 @@ def misplaced_forces(problem, d, state):
             total += _change(problem, state, k, state.force[k], beside)
         k += 1
     return total
+
+
+@inner
+def unsure_senses(problem, d, state):
+    """Change of the contact forces where single nodes may slide the other way: a node whose normal
+    is aslant seems to slide where it is only pressed."""
+    total, tip = 0.0, problem.step.shape[0]
+    if not problem.nodes_touch:
+        return total
+    for k in range(1, tip):
+        alone = state.force[k - 1] <= 0.0 and state.force[k + 1] <= 0.0
+        if state.force[k] > 0.0 and alone and not state.stuck[k]:
+            if abs(state.pace[k]) < _aslant(state, k):
+                total += 2.0 * problem.mu[d] * state.force[k]
+    return total

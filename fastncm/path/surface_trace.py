@@ -169,7 +169,7 @@ def _trace(problem, walk, tolerance, trace):
                     np.nan,
                 )
                 walk.ended[0] = np.nan
-                if walk.lost[0] == AFRESH or (walk.lost[0] == EARLIER and row[rows.STICKING] > 0.0):
+                if walk.lost[0] == AFRESH or walk.lost[0] == EARLIER:  # how it slid is not known
                     row[rows.ESTIMATE] += 2.0 * problem.mu[d]
                 walk.lost[0] = EARLIER if AFRESH <= walk.lost[0] <= EARLIER else FOLLOWED
                 if trace.psi.shape[1] > 0:
