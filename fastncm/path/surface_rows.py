@@ -14,7 +14,13 @@ import numpy as np
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.distance import ELLIPSE
 from fastncm.kernels.nodal import contact_direction, friction_ratio
-from fastncm.path.misplaced import before_tip, misplaced_forces, tip_slope, unsure_senses
+from fastncm.path.misplaced import (
+    before_tip,
+    depth_between,
+    misplaced_forces,
+    tip_slope,
+    unsure_senses,
+)
 from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
 
@@ -177,6 +183,8 @@ def _estimate(problem, d, i, work, normal, residual):
             bend = problem.flexibility[d, j - 1] / problem.step[j - 1]
             missed += bend * state.force[k] ** 2 * beside**3 / 3.0
             held_off = max(held_off, _beyond_end(problem, d, i, state, k))
+            behind = depth_between(problem, d, problem.placement[d, i, 2], state, k)
+            held_off = max(held_off, behind)
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change += stiffness * moved + normal * (missed + uneven) / energy
