@@ -4,8 +4,8 @@ The truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`
 contact is claimed: it finds the exact equilibrium next to it, and none where there is none. Several
 contacts, contacts that stick, and those for which a thin end makes shooting too sensitive to close
 are compared with the same scene with other modes, twice: where these two differ (with friction
-there may be two equilibria at one position), no truth is known beyond their difference. For direct contact the truth is the same scene
-with up to eight times as many intervals.
+there may be two equilibria at one position), no truth is known beyond their difference. For direct
+contact the truth is the same scene with up to eight times as many intervals.
 """
 
 import extremes

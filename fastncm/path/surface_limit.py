@@ -21,8 +21,8 @@ _MOST_WORK = 2_000_000
 def find_critical_friction(problem: NodalProblem, tolerance: float, trace: SurfaceTrace) -> None:
     """Write the critical friction into the first row of each finger with friction that is not on
     the branch from first touch, which has ended before; by bisection, each time from the path's
-    start, as closely as the force is known. A row that is reached with less friction, and to which no snap leads, has no
-    equilibrium."""
+    start, as closely as the force is known. A row that is reached with less friction, and to which
+    no snap leads, has no equilibrium."""
     state, lost = trace.rows[:, :, rows.STATUS], trace.rows[:, :, rows.LOST]
     behind = (state == status.BRANCH_ENDS) | ((state == status.CONVERGED) & (lost == AFRESH))
     off = (state > status.NO_CONTACT) | behind
