@@ -3,8 +3,9 @@
 The truth for jaws is shooting from the claimed answer (`tests/shooting_many.py`), where one sliding
 contact is claimed: it finds the exact equilibrium next to it, and none where there is none. Several
 contacts, contacts that stick, and those for which a thin end makes shooting too sensitive to close
-are compared with the same scene with other modes. For direct contact the truth is the same scene
-with up to eight times as many intervals.
+are compared with the same scene with other modes, twice: where these two differ (with friction
+there may be two equilibria at one position), no truth is known beyond their difference. For direct
+contact the truth is the same scene with up to eight times as many intervals.
 """
 
 import extremes
@@ -22,8 +23,8 @@ JUDGED = ("kind", "index", "row", "status", "contacts", "friction.mu", "taper", 
 """error: of the contact force, relative; rounding: what the truth itself may be wrong by; found:
 whether there is a truth; judge: what it is."""
 FORCE = ["force_x_N", "force_y_N"]
-ORDERS = (32, 24)
-"""Modes of the scene that an answer is compared with, and of one that has the first number."""
+ORDERS = (32, 24, 20)
+"""Modes of the scenes that an answer is compared with: the first two that are not its own."""
 TIMES = (8, 5, 3)
 """As many intervals; the next where a row has no answer with the first."""
 MOST_INTERVALS = 1_440
@@ -99,14 +100,42 @@ def by_order(shot: pd.DataFrame) -> pd.DataFrame:
     if not left.any():
         return shot
     part = shot[left].drop_duplicates("index")
-    other = np.where(part["solver.order"] == str(ORDERS[0]), ORDERS[1], ORDERS[0])
-    changes = {"solver.order": other}
-    kind = str(part["kind"].iat[0])
-    finer = atlas_runs.chosen(kind, part["index"].to_numpy(), changes)
+    own = part["solver.order"].to_numpy()
+    finer, again = (_with_modes(part, own == str(ORDERS[k]), k) for k in (0, 1))
     length = shot["length"]
     moved = np.hypot(shot["tip_x_m"] / length - 1.0, shot["tip_y_m"] / length)
     shot.loc[left, "rounding"] += ROUNDING / np.maximum(moved[left], ROUNDING)
-    return _judged(shot, left, finer, "other modes", 10.0)
+    shot = _judged(shot, left, finer, "other modes", 10.0)
+    return _doubted(shot, left & shot["found"], finer, again)
+
+
+def _with_modes(part: pd.DataFrame, own: Array, k: int) -> pd.DataFrame:
+    """Scenes (n) with the ORDERS number `k`, or, where that or the one before is their `own` (n,),
+    the next."""
+    before = part["solver.order"].isin([str(one) for one in ORDERS[:k]]).to_numpy()
+    changes = {"solver.order": np.where(own | before, ORDERS[k + 1], ORDERS[k])}
+    return atlas_runs.chosen(str(part["kind"].iat[0]), part["index"].to_numpy(), changes)
+
+
+def _doubted(
+    table: pd.DataFrame, rows: pd.Series, truth: pd.DataFrame, again: pd.DataFrame
+) -> pd.DataFrame:
+    """The table with what the truth of the `rows` differs by from a second one, where that is
+    known, added to `rounding`; without a truth where the two are other equilibria."""
+    key = pd.MultiIndex.from_frame(table.loc[rows, ["index", "row"]])
+    one, other = (
+        found[found["status"] == "converged"]
+        .set_index(["index", "row"])[[*FORCE, "error_estimate"]]
+        .reindex(key)
+        .to_numpy(float)
+        for found in (truth, again)
+    )
+    off = np.hypot(*(one - other)[:, :2].T) / np.hypot(*one[:, :2].T)
+    at = table.index[rows]
+    table.loc[at, "rounding"] += np.nan_to_num(off)
+    elsewhere = at[off > np.maximum(OTHER_FORCE, 10.0 * (one + other)[:, 2])]
+    table.loc[elsewhere, "judge"], table.loc[elsewhere, "found"] = OTHER_BRANCH, False
+    return table
 
 
 def refine(table: pd.DataFrame) -> pd.DataFrame:

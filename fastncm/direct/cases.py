@@ -65,10 +65,10 @@ def solve_surface_cases(group: CaseGroup, curves: bool, sentences: list[str]) ->
             solved.trace.rows, lowered.sense[solved.designs], lowered.turn
         )
         summary = Summary(*(values[own] for values in summaries))
-        columns = surface_case_columns(summary, lowered, chosen)
-        told = surface_case_advice(solved.trace.rows, lowered, chosen, own, sentences)
-        columns["advice"] = columns["advice"].copy()
-        columns["advice"][list(told)] = list(told.values())
+        told = surface_case_advice(
+            solved.trace.rows, lowered, chosen, own, summary.status, sentences
+        )
+        columns = surface_case_columns(summary, lowered, chosen, told)
         for name, values in columns.items():
             cases.setdefault(name, np.empty(count, dtype=values.dtype))[chosen] = values
         if curves:

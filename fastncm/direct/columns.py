@@ -168,14 +168,18 @@ def _end_of_branch(row: Array, unit: float, lowered: LoweredSurface) -> str:
 
 
 def surface_case_advice(
-    table: Array, lowered: LoweredSurface, chosen: Array, design: Array, sentences: list[str]
-) -> dict[int, int]:
-    """Which of the chosen cases (their places there) are told what: the place of it in `sentences`,
-    which begins with `status.ADVICE` and is added to.
+    table: Array,
+    lowered: LoweredSurface,
+    chosen: Array,
+    design: Array,
+    said: Array,
+    sentences: list[str],
+) -> Array:
+    """What each of the chosen cases is told (C,): the place of it in `sentences`, which begins with
+    `status.ADVICE` and is added to.
 
-    What their first row says that is not solved, or, where all are, that is on another branch than
-    the one before.
-    Arrays as in `surface_curve_columns`.
+    That of its status `said` (C,); or what its first row says that is not solved, or, where all
+    are, that is on another branch than the one before. Arrays as in `surface_curve_columns`.
     """
     failed: Array = table[:, :, rows.STATUS] > status.NO_CONTACT
     left = (table[:, :, rows.RELEASED] > 0.0) | (table[:, :, rows.LOST] == AFRESH)
@@ -184,17 +188,18 @@ def surface_case_advice(
     first = np.argmax(told, axis=1)[design[cases]]
     picked = table[design[cases], first][:, None]
     number = picked[:, :, rows.STATUS].astype(np.int64)
-    said = _advice(picked, number, lowered, chosen[cases])[:, 0]
-    begin = len(sentences)
-    sentences += said.tolist()
-    return dict(zip(cases.tolist(), range(begin, len(sentences)), strict=True))
+    places: Array = said.copy()
+    places[cases] = len(sentences) + np.arange(len(cases))
+    sentences += _advice(picked, number, lowered, chosen[cases])[:, 0].tolist()
+    return places
 
 
 def surface_case_columns(
-    summary: Summary, lowered: LoweredSurface, chosen: Array
+    summary: Summary, lowered: LoweredSurface, chosen: Array, advice: Array
 ) -> dict[str, Array]:
-    """Columns of the cases table, each (C,), from the summaries (C,) of the chosen cases; failed
-    cases have no numbers. Words are status numbers (`status.WORDS`, `status.ADVICE`)."""
+    """Columns of the cases table, each (C,), from the summaries (C,) of the chosen cases and what
+    they are told (C,); failed cases have no numbers. Words are numbers (`status.WORDS`; places of
+    sentences)."""
     force, length = lowered.scale.force[chosen], lowered.scale.length[chosen]
     failed = summary.status > status.NO_CONTACT
 
@@ -215,6 +220,6 @@ def surface_case_columns(
         "error_estimate": where(summary.estimate),
         "positions": np.full(len(chosen), lowered.positions.shape[1]),
         "iterations": summary.iterations,
-        "advice": summary.status,
+        "advice": advice,
     }
     return {name: columns[name] for name in surface_case_units(lowered.scene) if name in columns}

@@ -248,10 +248,11 @@ def _solve_all(problem, options, block, tools, trace):
                             value = trace.rows[lanes.design[lane], i, column]
                             measuring.row[column, lane] = value
                         discrete = discretisation(problem, lanes, lane)
-                        measuring.row[rows.DISCRETE, lane] = discrete
                         if problem.form == c.CLOSEST and lanes.hold[lane] == AS_STORED:
                             missing = trace.rows[lanes.design[lane], i, rows.ESTIMATE]
-                            measuring.row[rows.ESTIMATE, lane] = missing + rows.FORCE_ROUNDING
+                            missing += rows.FORCE_ROUNDING + measuring.row[rows.DISCRETE, lane]
+                            measuring.row[rows.ESTIMATE, lane] = missing
+                        measuring.row[rows.DISCRETE, lane] += discrete
                         measuring.row[rows.ESTIMATE, lane] += (
                             rows.ALGEBRAIC * measuring.row[rows.RESIDUAL, lane] + discrete
                         )

@@ -12,6 +12,7 @@ and turns it with the target's normal.
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.distance import POLYGON, distance
 
 #: Relative change of a cantilever's tip force per relative change of its arm, at a given deflection
 #: (``3 E I w / s^3`` and the couple's ``s^2 / 2 E I``), and the misplaced share of a pressure.
@@ -88,6 +89,36 @@ def _at_end(problem, state, k, inward, length):
     return _change(problem, state, k, share, spacing)
 
 
+@inlined
+def _at_corner(problem, state, k):
+    """Change of the force where node `k`, at the end of a contact, touches about a polygon's corner
+    with any normal between those of its edges."""
+    if problem.shape != POLYGON or not problem.nodes_touch:
+        return 0.0
+    return _aslant(state, k) * state.force[k]
+
+
+@inner
+def depth_between(problem, d, angle, state, k):
+    """How far a node beside the target's point `k`, which touches, is behind the target, turned by
+    `angle`: between the two the finger's side lies in a target that is thin enough."""
+    tip, depth = problem.step.shape[0], 0.0
+    if not problem.nodes_touch:
+        return depth
+    turn_sin, turn_cos = np.sin(angle), np.cos(angle)
+    for j in range(max(state.node[k] - 1, 1), min(state.node[k] + 1, tip - 1) + 1):
+        if state.gap[j] != state.seen[j] or state.nx[j] != 0.0 or state.ny[j] != 0.0:
+            continue  # far away, or in front
+        g, nx, ny, _ = distance(
+            problem.shape, problem.vertices, d, state.seen_x[j], state.seen_y[j]
+        )
+        nx, ny = turn_cos * nx - turn_sin * ny, turn_sin * nx + turn_cos * ny
+        inward = state.section_cos[j] * ny - state.section_sin[j] * nx
+        if (inward > 0.0) == (problem.left == 1):
+            depth = max(depth, g)
+    return depth
+
+
 @inner
 def misplaced_forces(problem, d, state):
     """Change of the sum of normal forces that comes with the places of contacts, at most."""
@@ -105,14 +136,29 @@ def misplaced_forces(problem, d, state):
             k += 1
         length = k - begin + 1
         if length > 1:
-            total += _at_end(problem, state, begin, 1, length)
+            total += _at_end(problem, state, begin, 1, length) + _at_corner(problem, state, begin)
         if k != tip:
             if length > 1:
-                total += _at_end(problem, state, k, -1, length)
+                total += _at_end(problem, state, k, -1, length) + _at_corner(problem, state, k)
             else:
                 total += _at_single(problem, state, k, first, last)
         elif length == 1:
             beside = before_tip(problem, d, state)
             total += _change(problem, state, k, state.force[k], beside)
         k += 1
+    return total
+
+
+@inner
+def unsure_senses(problem, d, state):
+    """Change of the contact forces where single nodes may slide the other way: a node whose normal
+    is aslant seems to slide where it is only pressed."""
+    total, tip = 0.0, problem.step.shape[0]
+    if not problem.nodes_touch:
+        return total
+    for k in range(1, tip):
+        alone = state.force[k - 1] <= 0.0 and state.force[k + 1] <= 0.0
+        if state.force[k] > 0.0 and alone and not state.stuck[k]:
+            if abs(state.pace[k]) < _aslant(state, k):
+                total += 2.0 * problem.mu[d] * state.force[k]
     return total

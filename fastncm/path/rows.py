@@ -66,7 +66,8 @@ COLUMNS = 32
 # RUB: friction force along t = (-ny, nx), n the normal; SIDE: friction over normal force where the
 # contact slides (signed), else 0; STICKING: contacts that stick; DIRECTION: sense of the target's
 # motion along x, +1 or -1, by which the insertion force is counted; DISCRETE: the part of the
-# estimate that is due to the M points of a point form.
+# estimate that is due to the M points of a point form, and to rounding of the gap, beyond
+# FORCE_ROUNDING: more modes do not mend it.
 
 # --- kinds of rows -------------------------------------------------------------------------------
 #: A requested position; and located events, which stand between the positions INTERVAL and INTERVAL
@@ -81,12 +82,12 @@ SEVERAL = 14
 #: (tests/path/test_estimate.py).
 SAFETY = 1.5
 RESERVE = 0.2
-#: Relative error of the force per unit of KKT residual, and the arithmetic's own.
+#: Relative error of the force per unit of KKT residual, and the arithmetic's own, at least.
 ALGEBRAIC = 4.0
 FORCE_ROUNDING = 4e-14
 #: Share of the force that is left of it where its error may be as large as itself: an estimate of a
-#: million says that nothing is known.
-LEAST_KNOWN = 1e-6
+#: thousand million says that nothing is known.
+LEAST_KNOWN = 1e-9
 
 
 #: Workspace and result of `measure`. turn: (Q, LANES); wrench, kept, moved, unit: (3, LANES);
@@ -246,6 +247,28 @@ def _estimate(problem, lanes, at):
         missing = np.sqrt(at.row[ESTIMATE, lane] + total[lane] ** 2)
         missing = of_truth(SAFETY * missing + RESERVE * size[lane])
         at.row[ESTIMATE, lane] = missing + ALGEBRAIC * lanes.residual[lane] + FORCE_ROUNDING
+    _gap_rounding(problem, lanes, at.row)
+    for lane in range(LANES):
+        at.row[ESTIMATE, lane] += at.row[DISCRETE, lane]
+
+
+@inner
+def _gap_rounding(problem, lanes, row):
+    """What rounding of the gap does to the force beyond FORCE_ROUNDING (relative), into DISCRETE.
+
+    A gap is a difference of numbers as large as the target, its distance and the jaw's arc. A force
+    goes with the contact's deflection, which is twice the energy over it; next to a limit point it
+    changes the more, by its own stiffness.
+    """
+    for lane in range(LANES):
+        d, force = lanes.design[lane], lanes.force[lane]
+        reach = 1.0 + problem.target[d, c.TARGET_RADIUS] + abs(problem.jaw[d, c.RHO])
+        rounding = c.GAP_ROUNDING * (reach + abs(lanes.t[lane]))
+        stiffness = abs(lanes.inverse[0, 0, lane] - lanes.penalty[lane])
+        if force > 0.0:
+            stiffness = max(stiffness, 0.5 * force * force / row[ENERGY, lane])
+        share = rounding * stiffness / max(force, c.GAP_ROUNDING * stiffness)
+        row[DISCRETE, lane] = max(share - FORCE_ROUNDING, 0.0)
 
 
 @inner

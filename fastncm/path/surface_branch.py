@@ -17,7 +17,7 @@ from fastncm.sqp.surface_state import strain_energy
 
 #: A solve that turns the finger by more (rad), or the contact force by more than this cosine, is
 #: not trusted to have stayed on its branch while shorter moves can be tried.
-_LARGEST_TURN, _SAME_WAY = 0.8, 0.5
+_LARGEST_TURN, _SAME_WAY = 0.8, 0.8
 #: Energy over force times depth, between a spring's half and a constant force's whole, that tells
 #: them apart.
 _CONSTANT = 0.75

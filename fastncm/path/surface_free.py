@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fastncm.kernels.cache import inner
+from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.distance import ELLIPSE, HALF_PLANE
 from fastncm.kernels.nodal import place_point, place_surface
 from fastncm.path.surface_way import step_on
@@ -38,6 +38,14 @@ def longest_free_move(problem, d):
     return _THROUGH * 0.5 * narrow
 
 
+@inlined
+def _see_beside(straight, k):
+    """A node beside a corner of the target does not touch it, but that may lie on the other side of
+    the finger: its gap is what was seen."""
+    if straight.gap[k] == 0.0 and straight.seen[k] < 0.0:
+        straight.gap[k] = straight.seen[k]
+
+
 @inner
 def is_free(problem, d, x, y, angle, walk):
     """True where the undeformed finger does not overlap the target, its clamped section left out.
@@ -49,10 +57,13 @@ def is_free(problem, d, x, y, angle, walk):
     turn_sin, turn_cos = np.sin(angle), np.cos(angle)
     if problem.nodes_touch and walk.deepest[0] < problem.arc.shape[0] + 1:
         place_point(problem, d, walk.deepest[0], x, y, turn_sin, turn_cos, straight, 0.0)
+        _see_beside(straight, walk.deepest[0])
         if straight.gap[walk.deepest[0]] < -ROUNDING:
             return False
     place_surface(problem, d, x, y, angle, straight, 0.0)
     for k in range(1, straight.gap.shape[0]):
+        if k < problem.arc.shape[0]:
+            _see_beside(straight, k)
         if straight.gap[k] < straight.gap[walk.deepest[0]]:
             walk.deepest[0] = k
     return straight.gap[walk.deepest[0]] >= -ROUNDING

@@ -12,8 +12,15 @@ contacts along their normals does to the force is one pass along the finger.
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
+from fastncm.kernels.distance import ELLIPSE
 from fastncm.kernels.nodal import contact_direction, friction_ratio
-from fastncm.path.misplaced import before_tip, misplaced_forces, tip_slope
+from fastncm.path.misplaced import (
+    before_tip,
+    depth_between,
+    misplaced_forces,
+    tip_slope,
+    unsure_senses,
+)
 from fastncm.sqp.chain_step import solve_chain
 from fastncm.sqp.surface_state import ROUNDING, kkt_residual, strain_energy
 
@@ -109,9 +116,28 @@ def doubted_forces(problem, d, work):
     return change
 
 
+@inlined
+def _beyond_end(problem, d, i, state, k):
+    """How deep an ellipse lies in the side beside its point `k`, with another normal than the
+    side's: that of the last point of a sharp end, short of where the nodes touch."""
+    if problem.shape != ELLIPSE or not problem.nodes_touch:
+        return 0.0
+    a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]
+    angle = problem.placement[d, i, 2]
+    sin, cos = np.sin(angle), np.cos(angle)
+    dx, dy = state.px[k] - problem.placement[d, i, 0], state.py[k] - problem.placement[d, i, 1]
+    ux, uy = (cos * dx + sin * dy) / (a * a), (cos * dy - sin * dx) / (b * b)
+    size = np.sqrt(ux * ux + uy * uy)
+    ux, uy = ux / size, uy / size
+    nx, ny = cos * state.nx[k] + sin * state.ny[k], cos * state.ny[k] - sin * state.nx[k]
+    turned = np.arctan2(ux * ny - uy * nx, ux * nx + uy * ny)
+    radius = (a * b) ** 2 / (a * a * ux * ux + b * b * uy * uy) ** 1.5
+    return 0.5 * radius * turned * turned
+
+
 @inner
-def _estimate(problem, d, work, normal, residual):
-    """Estimated relative error of the contact force."""
+def _estimate(problem, d, i, work, normal, residual):
+    """Estimated relative error of the contact force at position `i`."""
     state = work.state
     intervals = problem.step.shape[0]
     first, beyond = (1, intervals) if problem.nodes_touch else (intervals + 3, len(state.gap) - 1)
@@ -128,24 +154,24 @@ def _estimate(problem, d, work, normal, residual):
         held_off = max(held_off, 0.5 * tip_slope(problem, d, state) * before_tip(problem, d, state))
     shortened, missed, uneven, energy, before, last = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     change = 0.0
-    for i in range(1, work.size[0] + 1):
-        h = problem.step[i - 1]
-        turned = state.psi[i] - state.psi[i - 1]
+    for j in range(1, work.size[0] + 1):
+        h = problem.step[j - 1]
+        turned = state.psi[j] - state.psi[j - 1]
         shortened += h * turned * turned / 24.0
-        bent = problem.bending[d, i - 1] * turned * turned
+        bent = problem.bending[d, j - 1] * turned * turned
         # by the change of the moment over the interval; by the neighbours' where it is curved
-        rise = h * (state.cos[i] * state.fy[i] - state.sin[i] * state.fx[i])
-        lost = problem.flexibility[d, i - 1] * rise * rise / 12.0
-        if i > 2:
+        rise = h * (state.cos[j] * state.fy[j] - state.sin[j] * state.fx[j])
+        lost = problem.flexibility[d, j - 1] * rise * rise / 12.0
+        if j > 2:
             lost = max(lost, abs(bent - 2.0 * last + before) / 24.0)
         if problem.printed_section:  # what turns sections turns them the more, the shorter h
-            couple = h * state.couple[i]
-            lost += problem.shear_flexibility[d, i - 1] * couple * couple
+            couple = h * state.couple[j]
+            lost += problem.shear_flexibility[d, j - 1] * couple * couple
         missed += lost
         before, last = last, bent
         # the moment is not the same all over an interval: nor then is the mean of its flexibility
-        middle = h / problem.thickness[d, i - 1] ** 3
-        uneven += bent * abs(1.0 - middle / problem.flexibility[d, i - 1])
+        middle = h / problem.thickness[d, j - 1] ** 3
+        uneven += bent * abs(1.0 - middle / problem.flexibility[d, j - 1])
         energy += bent
     for k in range(intervals + 2, len(state.gap)):
         if state.force[k] > 0.0:  # its force acts on the section beside it, short of some shear
@@ -157,10 +183,14 @@ def _estimate(problem, d, work, normal, residual):
                 change += state.force[k] * abs(state.gamma[j + 1] - state.gamma[j])
             bend = problem.flexibility[d, j - 1] / problem.step[j - 1]
             missed += bend * state.force[k] ** 2 * beside**3 / 3.0
+            held_off = max(held_off, _beyond_end(problem, d, i, state, k))
+            behind = depth_between(problem, d, problem.placement[d, i, 2], state, k)
+            held_off = max(held_off, behind)
     moved = held_off + shortened + ROUNDING
     stiffness = abs(_stiffness(problem, d, work))
     change += stiffness * moved + normal * (missed + uneven) / energy
-    change += misplaced_forces(problem, d, state) + doubted_forces(problem, d, work)
+    change += misplaced_forces(problem, d, state) + unsure_senses(problem, d, state)
+    change += doubted_forces(problem, d, work)
     return SAFETY * change / normal + ALGEBRAIC * residual + FORCE_ROUNDING
 
 
@@ -221,4 +251,4 @@ def measure(problem, d, i, x, y, work, row):
     row[RESIDUAL] = kkt_residual(problem, d, state, work.size[0])
     row[ESTIMATE] = 0.0
     if normal > 0.0:
-        row[ESTIMATE] = _estimate(problem, d, work, normal, row[RESIDUAL])
+        row[ESTIMATE] = _estimate(problem, d, i, work, normal, row[RESIDUAL])

@@ -121,12 +121,15 @@ def _solve_position(problem, d, i, known, walk, tolerance, trace):
                 return result, iterations
             result, count = snap(problem, d, i, goal, base, walk, tolerance, trace)
             iterations += count
-    if result != status.CONVERGED and not is_free(problem, d, goal[0], goal[1], goal[2], walk):
+    touching = result == status.CONVERGED and walk.push[PUSH_NORMAL] > 0.0
+    if not touching and not is_free(problem, d, goal[0], goal[1], goal[2], walk):
         result, count = come_from_aside(problem, d, i, goal, base, walk, tolerance, trace)
+        if result == status.CONVERGED and walk.push[PUSH_NORMAL] == 0.0:
+            result = status.MAX_ITERATIONS  # the target is in the finger, and no point sees it
         iterations += count
         arrive(walk, goal, base)
         return result, iterations
-    if result != status.CONVERGED or walk.push[PUSH_NORMAL] == 0.0:
+    if not touching:
         if walk.snap[1] == 0.0 and stored > 0.0:  # what it snaps to, if not to this, is not known
             walk.snap[0], walk.snap[1] = walk.ended[0], stored
         straighten(walk)
@@ -169,7 +172,7 @@ def _trace(problem, walk, tolerance, trace):
                     np.nan,
                 )
                 walk.ended[0] = np.nan
-                if walk.lost[0] == AFRESH or (walk.lost[0] == EARLIER and row[rows.STICKING] > 0.0):
+                if walk.lost[0] == AFRESH or walk.lost[0] == EARLIER:  # how it slid is not known
                     row[rows.ESTIMATE] += 2.0 * problem.mu[d]
                 walk.lost[0] = EARLIER if AFRESH <= walk.lost[0] <= EARLIER else FOLLOWED
                 if trace.psi.shape[1] > 0:

@@ -235,6 +235,15 @@ def test_pieces_are_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert whole["number"].tolist() == [0, 1, 2]
 
 
+@pytest.mark.parametrize("index", [6917, 11291])
+def test_a_polygon_across_the_finger_is_no_free_position(index: int) -> None:
+    """Its corners lie on both sides of the finger, and one is next to the node that is inside."""
+    assert atlas_overlaps.side_overlaps("polygon", index)
+    last = atlas_runs.last_rows(atlas_runs.chosen("polygon", np.array([index])))
+    assert (last["status"] != "no_contact").all()
+    assert not ((last["status"] == "converged") & (last["error_estimate"] < 1.0)).any()
+
+
 def test_overlaps() -> None:
     """Of random scenes, those whose undeformed finger is free say so by both judges."""
     last = atlas_runs.last_rows(atlas_runs.chosen("circle-straight", np.arange(60)))

@@ -1,9 +1,11 @@
 """The error estimate of the contact force against the true error, with order 24 as the truth."""
 
+import extremes
 import numpy as np
 import pytest
 from tracing import CIRCLE, CORNER, EXACT, Solved, solved_path
 
+import fastncm
 from fastncm.path import rows
 
 pytestmark = pytest.mark.compiled
@@ -93,3 +95,18 @@ def test_estimates_count_what_the_points_lack_of_the_closed_form(form: str, coun
     assert solved.converged.mean() > 0.9
     assert (error <= 5.0 * estimate).all()
     assert np.median(estimate / (error + NEGLIGIBLE)) < 10.0
+
+
+def test_covers_what_the_last_digit_of_the_position_does() -> None:
+    """Deflections near 1e-9 of the finger's length."""
+    scene = fastncm.load_scene("snapfit-corner").replace(extremes.one("corner-convex", 4))
+    there = np.linspace(scene.path.stop + 1e-9 * scene.finger.length, scene.path.stop, 5)
+    beside = [
+        fastncm.solve(scene, positions=there + one * np.spacing(scene.path.stop)).frame()
+        for one in (0.0, 1.0)
+    ]
+    both = (beside[0]["normal_force_N"] > 0.0) & (beside[1]["normal_force_N"] > 0.0)
+    assert both.sum() >= 2
+    force = [one["normal_force_N"][both] for one in beside]
+    assert (abs(force[1] / force[0] - 1.0) > 1e-9).any()
+    assert (abs(force[1] / force[0] - 1.0) <= 10.0 * beside[0]["error_estimate"][both]).all()

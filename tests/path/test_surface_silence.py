@@ -37,6 +37,11 @@ def solved(kind: str, index: int, **changes: object) -> pd.DataFrame:
         pytest.param("ellipse", 298, id="where a sharp end becomes a flank"),
         pytest.param("ellipse", 62, id="sticking that began somewhere between two rows"),
         pytest.param("ellipse", 200, id="sliding that turned in one long move"),
+        pytest.param("ellipse", 2091, id="a needle's flank, in one long move with friction"),
+        pytest.param("ellipse", 2127, id="a small target that slides next to nothing"),
+        pytest.param("circle", 24, id="a limit point ahead, behind which lies another branch"),
+        pytest.param("polygon", 2060, id="a needle through the finger between two nodes"),
+        pytest.param("polygon", 2212, id="nodes about a corner at the end of an edge"),
     ],
 )
 def test_no_row_is_far_beyond_its_estimate(kind: str, index: int) -> None:
