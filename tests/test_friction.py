@@ -4,6 +4,7 @@ balance."""
 import math
 from dataclasses import replace
 
+import extremes
 import numpy as np
 import pandas as pd
 import pytest
@@ -86,6 +87,20 @@ def test_friction_that_locks_at_touch(scene: fastncm.Scene, case: shooting.Shoot
     assert above.status == "no_equilibrium"
     assert set(above.frame()["status"].iloc[1:]) == {"no_equilibrium"}
     assert float(above.advice.split("up to ")[1].rstrip(".")) == pytest.approx(critical, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "index"),
+    [("corner-convex", 694), ("corner-convex", 5823), ("corner-straight", 12118),
+     ("corner-concave", 6215), ("corner-concave", 0)],
+)  # fmt: skip
+def test_what_locks_at_touch_ends_there_with_any_step(kind: str, index: int) -> None:
+    """Equilibria far beyond, which a long move found, were told for the end of the branch."""
+    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.one(kind, index))
+    for steps in (2, 12, 400):
+        curve = fastncm.solve(scene.replace({"path.start": "touch", "path.steps": steps}))
+        end = float(curve.advice.split("beyond ")[1].split(" m")[0])
+        assert end == pytest.approx(curve.frame()["position"].iloc[0], rel=1e-8)
 
 
 def test_limit_point_of_the_path() -> None:

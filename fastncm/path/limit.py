@@ -55,9 +55,10 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     beyond, friction = _follow_friction(problem, tolerance, d, row, np.sign(stop - start))
     limit = _last_states(problem, tolerance, trace, d, row, start, np.sign(stop - start))
     reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
-    told = trace.ends[d, END_POSITION] != 0.0
-    before = told & (trace.ends[d, END_ROW] < row)  # a snap that the path has gone over
-    reached = np.where(told & ~before, trace.ends[d, END_POSITION], reached)
+    # told already: it locks at first touch, or by `path.careful`; of another row it is a snap that
+    # the path has gone over
+    told = (trace.ends[d, END_POSITION] != 0.0) & (trace.ends[d, END_ROW] == row)
+    reached = np.where(told, trace.ends[d, END_POSITION], reached)
     # the state that the finger snaps to, with the target back at the limit point
     back = some(beyond, np.arange(len(d)))
     back.t[:] = reached
@@ -67,7 +68,7 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     trace.ends[d, END_ROW] = row
     trace.ends[d, END_POSITION] = reached
     # if not, it locks from the start, and that is known
-    slides = (trace.ends[d, END_MU] == 0.0) | before
+    slides = (trace.ends[d, END_MU] == 0.0) | ~told
     if slides.any():
         likely = np.minimum(friction, mu)[slides]
         critical = _critical_friction(problem, options, d[slides], row[slides], likely)

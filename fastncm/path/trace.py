@@ -9,7 +9,15 @@ from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
-from fastncm.path.snap import END_MU, ENDS, SHORTEST_MOVE, go_over, snap_back
+from fastncm.path.snap import (
+    END_MU,
+    END_POSITION,
+    ENDS,
+    SHORTEST_MOVE,
+    go_over,
+    note_end,
+    snap_back,
+)
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
 from fastncm.path.walk import doubt_leaps, forget, predict, remember
 from fastncm.sqp import status
@@ -138,7 +146,8 @@ def begin_position(problem, i, lanes, walk, trace):
                 limit = stick.locking_friction(problem, lanes, walk, lane, sense)
                 if limit <= lanes.mu[lane]:
                     walk.lost[lane] = True
-                    if trace.ends[d, END_MU] == 0.0:
+                    if trace.ends[d, END_POSITION] == 0.0:
+                        note_end(trace.ends[d], i, walk.t[lane], np.nan)
                         trace.ends[d, END_MU] = limit
                     continue
         walk.going[lane] = True
