@@ -141,7 +141,7 @@ def _is_taut(spare, rubbing):
     force = 0.0
     for k in range(rubbing.kept_force.shape[0]):
         force += rubbing.kept_force[k]
-    return force > _TAUT * np.sqrt(2.0 * _energy(spare.u_start))
+    return force > _TAUT * np.sqrt(2.0 * energy(spare.u_start))
 
 
 @inner
@@ -151,7 +151,8 @@ def _copy(source, target):
 
 
 @inner
-def _energy(u):
+def energy(u):
+    """Strain energy of the modes `u` (m,)."""
     total = 0.0
     for k in range(u.shape[0]):
         total += 0.5 * u[k] * u[k]
@@ -184,8 +185,8 @@ def _snap(design, start, stop, shortest, spare, work, options):
             work.multipliers[:] = 0.0
             result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
             total += iterations
-            before = _energy(spare.u_start)
-            fallen = before - _energy(spare.u)
+            before = energy(spare.u_start)
+            fallen = before - energy(spare.u)
             least = _FALL * _SHORTEST * reach * before
             turned = abs(_turn(design, spare.u) - _turn(design, spare.u_start))
             found = result == status.CONVERGED and fallen > least and turned <= _LONGEST_TURN

@@ -211,9 +211,10 @@ def correct(problem, lanes, tolerance, most):
         step(lanes)
     for lane in range(LANES):
         if lanes.active[lane]:
-            # a gap is a difference of numbers as large as the target and its distance
-            radius = problem.target[lanes.design[lane], c.TARGET_RADIUS]
-            rounding = c.GAP_ROUNDING * (1.0 + radius + abs(lanes.t[lane]))
+            # a gap is a difference of numbers as large as the two radii and the distance
+            d = lanes.design[lane]
+            radii = problem.target[d, c.TARGET_RADIUS] + abs(problem.jaw[d, c.RHO])
+            rounding = c.GAP_ROUNDING * (1.0 + radii + abs(lanes.t[lane]))
             lanes.good[lane] = (
                 lanes.determinant[lane] > 0.0
                 and lanes.force[lane] >= 0.0

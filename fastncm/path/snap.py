@@ -8,15 +8,17 @@ from fastncm.kernels.constants import LANES
 from fastncm.kernels.gap import closest_gap
 from fastncm.path import newton
 from fastncm.path.slip import slip
+from fastncm.path.walk import stored_energy
 
 #: Move of the target (in finger lengths) from which on none is tried that is shorter: a branch that
 #: does not get further ends there.
-SHORTEST_MOVE = 1e-6
+SHORTEST_MOVE = 1e-9
 
 #: What is said of the end of a branch of equilibria with friction: the row that failed first,
 #: beyond it; the target's position at the end; the friction up to which the finger slides at that
-#: row; and the energy that a snap to the other equilibrium there releases (NaN: there is none). All
-#: zero where no branch ends.
+#: row (NaN: not known, or not asked, since the path goes on; 0: not sought yet); and the energy
+#: that a snap to the other equilibrium there releases (NaN: there is none; while the friction is
+#: not sought yet: what is stored at the end). All zero where no branch ends.
 END_ROW, END_POSITION, END_MU, END_ENERGY = range(4)
 ENDS = 4
 
@@ -29,13 +31,22 @@ def note_end(end, row, position, energy):
     end[END_MU], end[END_ENERGY] = np.nan, energy
 
 
+@inlined
+def note_loss(end, row, position, stored):
+    """Write into `end` (ENDS,) that a branch with friction is lost at `position`, with the energy
+    `stored`, unless that is told of an earlier row. For `path.limit` to explain."""
+    if end[END_POSITION] == 0.0 or np.isnan(end[END_MU]):
+        note_end(end, row, position, stored)
+        end[END_MU] = 0.0
+
+
 @inner
 def _note_snap(i, lanes, walk, lane, trace):
     """Say that the finger snaps on the way to position `i`, where, and what that releases."""
     end = trace.ends[lanes.design[lane]]
-    released = 0.0
+    released = stored_energy(walk, lane)
     for k in range(lanes.u.shape[0]):
-        released += 0.5 * (walk.u[k, lane] ** 2 - lanes.u[k, lane] ** 2)
+        released -= 0.5 * lanes.u[k, lane] ** 2
     if end[END_POSITION] == 0.0 and released > 0.0:
         note_end(end, i, walk.t[lane], released)
 

@@ -16,10 +16,11 @@ from fastncm.path.snap import (
     SHORTEST_MOVE,
     go_over,
     note_end,
+    note_loss,
     snap_back,
 )
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
-from fastncm.path.walk import doubt_leaps, forget, predict, remember
+from fastncm.path.walk import doubt_leaps, forget, predict, remember, stored_energy
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
@@ -288,6 +289,8 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
             for lane in range(LANES):
                 d = lanes.design[lane]
                 solved = lanes.active[lane] and lanes.good[lane]
+                if not solved and lanes.active[lane] and lanes.mu[lane] > 0.0:
+                    note_loss(trace.ends[d], i, walk.t[lane], stored_energy(walk, lane))
                 if not solved and (lanes.active[lane] or walk.lost[lane]):
                     row = trace.rows[d, i]
                     row[rows.POSITION] = problem.positions[d, i]
