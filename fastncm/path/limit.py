@@ -41,38 +41,60 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     ``trace.ends`` where their branch ended and why."""
     if not (problem.mu > 0.0).any():
         return
-    tolerance = options.tolerance
     positions = problem.positions.shape[1]
-    failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
-    failed &= problem.mu[:, None] > 0.0
+    failed = _failed(problem, trace)
     d = np.flatnonzero(failed.any(axis=1))
     if not len(d):
         return
     row = failed[d].argmax(axis=1)
-    start = _start(problem, trace, d, row)
-    mu = problem.mu[d]
-    beyond, friction = _follow_friction(
-        problem, tolerance, d, row, np.sign(problem.positions[d, row] - start)
-    )
-    end = trace.ends[d]  # a copy
-    told = (end[:, END_ROW] == row) & (end[:, END_POSITION] != 0.0) & ~np.isnan(end[:, END_MU])
-    reached = np.where(told, end[:, END_POSITION], start)
-    stored = np.where(told, end[:, END_ENERGY], trace.rows[d, np.maximum(row - 1, 0), rows.ENERGY])
-    # the state that the finger snaps to, with the target back at the limit point
-    back = some(beyond, np.arange(len(d)))
-    back.t[:] = reached
-    solve_states(problem, tolerance, back)
-    released = stored - back.row[:, rows.ENERGY]
-    snaps = (friction >= mu) & back.good & (released > 0.0)
+    back, friction, released, locks = _look_behind(problem, options.tolerance, trace, d, row)
     trace.ends[d, END_ROW] = row
-    trace.ends[d, END_POSITION] = reached
-    trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
-    slides = ~told | (end[:, END_MU] == 0.0)  # if not, it locks from the start, and that is known
-    if slides.any():
-        likely = np.minimum(friction, mu)[slides]
-        critical = _critical_friction(problem, options, d[slides], row[slides], likely)
-        trace.ends[d[slides], END_MU] = critical
+    trace.ends[d, END_POSITION] = back.t
+    trace.ends[d, END_ENERGY] = np.where(released > 0.0, released, np.nan)
+    if not locks.all():
+        likely = np.minimum(friction, problem.mu[d])[~locks]
+        critical = _critical_friction(problem, options, d[~locks], row[~locks], likely)
+        trace.ends[d[~locks], END_MU] = critical
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
+
+
+def states_behind(problem: Problem, tolerance: float, trace: Trace) -> tuple[Array, States]:
+    """The designs (S,) of a solved trace whose branch with friction ends although there is another
+    equilibrium with less energy, and that one, with the target at the end."""
+    failed = _failed(problem, trace)
+    d = np.flatnonzero(failed.any(axis=1))
+    if not len(d):
+        return d, make_states(d, np.zeros(0), d, mode_count(problem))
+    row = failed[d].argmax(axis=1)
+    back, _, released, locks = _look_behind(problem, tolerance, trace, d, row)
+    falls = (released > 0.0) & ~locks
+    return d[falls], some(back, falls)
+
+
+def _failed(problem: Problem, trace: Trace) -> Array:
+    """The rows (D, N) with friction that failed."""
+    positions = problem.positions.shape[1]
+    failed: Array = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
+    return failed & (problem.mu[:, None] > 0.0)
+
+
+def _look_behind(
+    problem: Problem, tolerance: float, trace: Trace, d: Array, row: Array
+) -> tuple[States, Array, Array, Array]:
+    """What the finger snaps to where the branches end before the failed rows, with the target at
+    the end; the friction that the equilibrium at the row bears (`_follow_friction`); the energy
+    released (S,), NaN where there is nothing to snap to; and whether it locks from the start."""
+    start = _start(problem, trace, d, row)
+    sense = np.sign(problem.positions[d, row] - start)
+    beyond, friction = _follow_friction(problem, tolerance, d, row, sense)
+    end = trace.ends[d]
+    told = (end[:, END_ROW] == row) & (end[:, END_POSITION] != 0.0) & ~np.isnan(end[:, END_MU])
+    stored = np.where(told, end[:, END_ENERGY], trace.rows[d, np.maximum(row - 1, 0), rows.ENERGY])
+    beyond.t[:] = np.where(told, end[:, END_POSITION], start)
+    solve_states(problem, tolerance, beyond)
+    released = stored - beyond.row[:, rows.ENERGY]
+    released[~((friction >= problem.mu[d]) & beyond.good)] = np.nan
+    return beyond, friction, released, told & (end[:, END_MU] != 0.0)
 
 
 def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:

@@ -13,6 +13,8 @@ from fastncm.path.walk import stored_energy
 #: Move of the target (in finger lengths) from which on none is tried that is shorter: a branch that
 #: does not get further ends there.
 SHORTEST_MOVE = 1e-9
+#: How far from the end of a branch (in finger lengths) what is known behind it is asked for.
+_NEAR_END = 1e-7
 
 #: What is said of the end of a branch of equilibria with friction: the row that failed first,
 #: beyond it; the target's position at the end; the friction up to which the finger slides at that
@@ -67,12 +69,13 @@ def go_over(i, over, lanes, walk, trace):
 
 
 @inner
-def snap_back(problem, i, lanes, walk, tolerance, most, trace):
-    """Solve the lanes that failed from the straight finger, where only the jaw's far side keeps it
-    from being free: there the finger has lost its hold and has snapped back behind the target.
+def snap_back(problem, i, behind, lanes, walk, tolerance, most, trace):
+    """Solve the lanes that failed from the state that is known `behind` the end of their branch; or
+    from the straight finger, where only the jaw's far side keeps it from being free: there the
+    finger has lost its hold and has snapped back behind the target.
 
-    Only from where no move gets further, which is the place that ``trace.ends`` tells. most:
-    Newton steps.
+    Only from where no move gets further, which is the place that ``trace.ends`` tells. behind:
+    `path.states.States` of all designs, or of none; most: Newton steps.
     """
     any_snaps = False
     for lane in range(LANES):
@@ -87,15 +90,18 @@ def snap_back(problem, i, lanes, walk, tolerance, most, trace):
         gap = closest_gap(problem.kind, -1, problem.jaw, problem.target, d, t, 1.0, 0.0, 1.0, 0.0)
         feature = gap[c.FEATURE]
         far = feature == c.ON_RETURN or feature == c.FAR_RETURN or feature == c.A_BACK
-        lanes.active[lane] = far
-        if far:
+        known = behind.good.shape[0] > 0 and behind.good[d] and abs(behind.t[d] - t) <= _NEAR_END
+        lanes.active[lane] = far or known
+        if far or known:
             any_snaps = True
             for k in range(lanes.u.shape[0]):
-                lanes.u[k, lane] = 0.0
+                lanes.u[k, lane] = behind.u[d, k] if known else 0.0
             dragged = (gap[c.GY] <= 0.0) == (t > walk.t[lane])
             lanes.side[lane] = lanes.mu[lane] if dragged else -lanes.mu[lane]
+            lanes.side[lane] = behind.side[d] if known else lanes.side[lane]
             lanes.sticks[lane] = False
-            lanes.force[lane], lanes.rub[lane] = 0.0, 0.0
+            lanes.force[lane] = behind.force[d] if known else 0.0
+            lanes.rub[lane] = lanes.side[lane] * lanes.force[lane]
     if any_snaps:
         newton.correct(problem, lanes, tolerance, most)
         for lane in range(LANES):

@@ -236,11 +236,12 @@ def store(i, lanes, measured, trace):
 
 
 @inner
-def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace):
+def trace_paths(problem, tolerance, longest, over, behind, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; over:
-    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); trace: `Trace`,
+    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); behind: `States`
+    of all designs, to which they snap where no move leads (``good``), or of none; trace: `Trace`,
     whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
@@ -271,7 +272,7 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
                 doubt_leaps(lanes, walk)
                 if lanes.rubs[0]:
                     go_over(i, over, lanes, walk, trace)
-                snap_back(problem, i, lanes, walk, tolerance, NEWTON_STEPS, trace)
+                snap_back(problem, i, behind, lanes, walk, tolerance, NEWTON_STEPS, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)
