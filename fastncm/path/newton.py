@@ -21,6 +21,10 @@ from fastncm.path import frictionless, rubbing, tip
 from fastncm.path.lanes import AS_STORED
 from fastncm.path.slip import slip
 
+#: Residual that is accepted with friction where all steps do not get below the tolerance: a finger
+#: that would buckle if its contact did not stick is close to singular without it.
+_STALLED = 1e-9
+
 # sizes that LLVM knows (`kernels.rod`)
 _4, _5 = (0,) * 4, (0,) * 5
 
@@ -222,5 +226,7 @@ def correct(problem, lanes, tolerance, most):
                     lanes.residual[lane] <= tolerance
                     or abs(lanes.gap[c.GAP, lane]) <= rounding
                     and lanes.residual[lane] <= c.GRAZING
+                    or lanes.mu[lane] > 0.0
+                    and lanes.residual[lane] <= _STALLED
                 )
             )
