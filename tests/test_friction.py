@@ -103,6 +103,18 @@ def test_what_locks_at_touch_ends_there_with_any_step(kind: str, index: int) -> 
         assert end == pytest.approx(curve.frame()["position"].iloc[0], rel=1e-8)
 
 
+def test_a_finger_that_sticking_keeps_from_buckling() -> None:
+    """Rounding near the buckling load ended the path with 400 positions, not with 2. What sticks
+    from first touch on has one answer, however the way is divided."""
+    scene = fastncm.load_scene("snapfit-corner").replace(extremes.one("corner-convex", 3408))
+    short, long = (
+        fastncm.solve(scene.replace({"path.steps": steps})).frame() for steps in (2, 400)
+    )
+    assert set(long["status"]) == {"no_contact", "converged"}
+    assert (long["sticking"].iloc[1:] == 1).all()
+    assert long["force_x_N"].iloc[-1] == pytest.approx(short["force_x_N"].iloc[-1], rel=1e-8)
+
+
 def test_limit_point_of_the_path() -> None:
     """At mu = 1 the finger snaps where the circle gets to corner a, later than without friction."""
     curve = fastncm.solve(CIRCLE.replace({"friction.mu": 1.0}))
