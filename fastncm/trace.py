@@ -15,7 +15,7 @@ from fastncm.lowering import Lowered
 from fastncm.path import rows
 from fastncm.path.careful import can_be_careful, most_constraints, trace_carefully
 from fastncm.path.events import locate_events
-from fastncm.path.limit import explain_ends
+from fastncm.path.limit import explain_ends, states_behind
 from fastncm.path.overlap import mark_overlaps
 from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
@@ -187,12 +187,27 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
             trace_lanes(again, options.tolerance, LONGEST_MOVE, second, careful[designs])
             _replace(trace, second, designs, gain=1)
             seen = review(trace.rows, positions)
+    if problem.form == c.CLOSEST and _go_on_behind(problem, options, trace):
+        seen = review(trace.rows, positions)
     if mark_overlaps(problem, trace):
         seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST:
         locate_events(problem, options.tolerance, trace, seen)
     events = review(trace.rows, positions, first=positions)
     return trace, np.maximum(seen.truncation, events.truncation)
+
+
+def _go_on_behind(problem: Problem, options: Options, trace: Trace) -> bool:
+    """Solve paths with friction again that end where the finger snaps to a state that is known;
+    whether there are any."""
+    designs, behind = states_behind(problem, options.tolerance, trace)
+    if len(designs):
+        again = select(problem, designs)
+        second = make_trace(*_room(again, most_constraints(again)))
+        over = np.ones(len(designs), dtype=bool)
+        trace_lanes(again, options.tolerance, LONGEST_MOVE, second, over, behind)
+        _replace(trace, second, designs, gain=1)
+    return len(designs) > 0
 
 
 def _replace(trace: Trace, second: Trace, designs: Array, gain: int = 0) -> None:

@@ -4,6 +4,7 @@ balance."""
 import math
 from dataclasses import replace
 
+import extremes
 import numpy as np
 import pandas as pd
 import pytest
@@ -88,11 +89,37 @@ def test_friction_that_locks_at_touch(scene: fastncm.Scene, case: shooting.Shoot
     assert float(above.advice.split("up to ")[1].rstrip(".")) == pytest.approx(critical, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("kind", "index"),
+    [("corner-convex", 694), ("corner-convex", 5823), ("corner-straight", 12118),
+     ("corner-concave", 6215), ("corner-concave", 0)],
+)  # fmt: skip
+def test_what_locks_at_touch_ends_there_with_any_step(kind: str, index: int) -> None:
+    """Equilibria far beyond, which a long move found, were told for the end of the branch."""
+    scene = fastncm.load_scene(extremes.base_scene(kind)).replace(extremes.one(kind, index))
+    for steps in (2, 12, 400):
+        curve = fastncm.solve(scene.replace({"path.start": "touch", "path.steps": steps}))
+        end = float(curve.advice.split("beyond ")[1].split(" m")[0])
+        assert end == pytest.approx(curve.frame()["position"].iloc[0], rel=1e-8)
+
+
+def test_a_finger_that_sticking_keeps_from_buckling() -> None:
+    """Rounding near the buckling load ended the path with 400 positions, not with 2. What sticks
+    from first touch on has one answer, however the way is divided."""
+    scene = fastncm.load_scene("snapfit-corner").replace(extremes.one("corner-convex", 3408))
+    short, long = (
+        fastncm.solve(scene.replace({"path.steps": steps})).frame() for steps in (2, 400)
+    )
+    assert set(long["status"]) == {"no_contact", "converged"}
+    assert (long["sticking"].iloc[1:] == 1).all()
+    assert long["force_x_N"].iloc[-1] == pytest.approx(short["force_x_N"].iloc[-1], rel=1e-8)
+
+
 def test_limit_point_of_the_path() -> None:
     """At mu = 1 the finger snaps where the circle gets to corner a, later than without friction."""
     curve = fastncm.solve(CIRCLE.replace({"friction.mu": 1.0}))
     exact = shooting.peak_position(replace(shooting.SNAPFIT_CIRCLE, mu=1.0))
-    assert curve.status == "no_equilibrium"
+    assert curve.status == "converged"
     assert float(curve.advice.split("limit point at ")[1].split(" m")[0]) == pytest.approx(
         exact.position, abs=1e-9
     )
@@ -102,11 +129,12 @@ def test_limit_point_of_the_path() -> None:
     assert shooting.solve(behind, exact.position + 1e-6, "corner").energy < exact.energy
 
 
-def test_a_path_with_friction_goes_on_behind_a_snap() -> None:
-    """At mu = 0.9 the circle gets to corner a where the branch turns back: the finger snaps to an
-    equilibrium that shooting finds on the corner, and goes on there."""
-    case = replace(shooting.SNAPFIT_CIRCLE, mu=0.9)
-    curve = fastncm.solve(CIRCLE.replace({"friction.mu": 0.9}))
+@pytest.mark.parametrize("mu", [0.9, 0.95, 1.0, 1.1])
+def test_a_path_with_friction_goes_on_behind_a_snap(mu: float) -> None:
+    """The circle gets to corner a where the branch turns back: the finger snaps to an equilibrium
+    that shooting finds on the corner, however far that is, and goes on there."""
+    case = replace(shooting.SNAPFIT_CIRCLE, mu=mu)
+    curve = fastncm.solve(CIRCLE.replace({"friction.mu": mu}))
     frame, edge = curve.frame(), shooting.peak_position(case)
     assert curve.status == "converged"
     told = frame["advice"] != ""

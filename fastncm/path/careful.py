@@ -17,7 +17,7 @@ from fastncm.kernels.problem import Problem, mode_count
 from fastncm.kernels.shared import share
 from fastncm.path import newton, rows, several
 from fastncm.path.block import make_block, workspaces
-from fastncm.path.follow import Spare, approach, make_spare
+from fastncm.path.follow import Spare, approach, energy, make_spare
 from fastncm.path.lanes import AS_STORED
 from fastncm.path.resultant import (
     Wide,
@@ -27,7 +27,7 @@ from fastncm.path.resultant import (
     resultant,
     truncation,
 )
-from fastncm.path.snap import END_POSITION, END_ROW, note_end
+from fastncm.path.snap import END_POSITION, note_end, note_loss
 from fastncm.path.trace import (
     LONGEST_MOVE,
     Trace,
@@ -85,7 +85,7 @@ def make_sqp(problem: Problem) -> SqpWork:
 def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
     """Solve the position of `lane` by the SQP, or with friction by `path.several`; sets the lane's
     shape, forces and `good`, and the row's status, residual, iterations and contacts. Returns where
-    the branch ends, and the energy released there, as `approach` does.
+    the branch ends, and the energy released there, as `approach` does, or with friction stored.
 
     Where the contact is not a single smooth one, the lane holds the resultant ``AS_STORED``.
     """
@@ -124,7 +124,7 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
     lanes.good[lane] = result == status.CONVERGED
     if not lanes.good[lane]:
         walk.lost[lane] = mu > 0.0
-        return reached, released
+        return reached, energy(spare.u_start) if mu > 0.0 else released
     gap = lanes.gap[:, lane]
     force, rub = resultant(work, rubbing, gap)
     feature = count_contacts(work, rubbing, lanes, lane, row, contacts)
@@ -149,13 +149,14 @@ def _solve_lane(problem, lanes, walk, lane, tools, options, row, contacts):
 @inner
 def _note_end(problem, lanes, lane, i, reached, released, trace):
     """Say that the branch from first touch ends on the way to position `i`, and without friction
-    what a snap releases there (NaN: nothing is found to snap to)."""
+    what a snap releases there (NaN: nothing is found to snap to). With friction `released` is what
+    is stored there."""
     end = trace.ends[lanes.design[lane]]
-    if reached == lanes.t[lane] or end[END_POSITION] != 0.0:
+    if reached == lanes.t[lane]:
         return
     if lanes.mu[lane] > 0.0:
-        end[END_ROW], end[END_POSITION] = i, reached
-    else:
+        note_loss(end, i, reached, released)
+    elif end[END_POSITION] == 0.0:
         note_end(end, i, reached, released if released > 0.0 else np.nan)
 
 

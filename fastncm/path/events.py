@@ -144,6 +144,9 @@ def _note_snaps(
     trace.ends[told, END_ROW], trace.ends[told, END_POSITION] = row[first], states.t[first]
     trace.ends[told, END_ENERGY], trace.ends[told, END_MU] = released[first], np.nan
     for lost in np.flatnonzero(~falls & (problem.mu[d] > 0.0)):
+        if trace.ends[d[lost], END_POSITION] == 0.0:
+            stored = states.row[lost, rows.ENERGY]
+            trace.ends[d[lost]] = row[lost], states.t[lost], 0.0, stored
         state = trace.rows[d[lost], row[lost] : positions, rows.STATUS]
         free = np.flatnonzero(state == status.NO_CONTACT)
         state[: free[0] if len(free) else None] = status.NO_EQUILIBRIUM

@@ -15,6 +15,7 @@ import numpy as np
 from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inner
 from fastncm.path import several
+from fastncm.path.corners import corners_meet
 from fastncm.sqp import qp, status
 from fastncm.sqp.design import hessian
 from fastncm.sqp.solve import solve
@@ -45,8 +46,6 @@ _TAUT = 500.0
 #: with the square root of the way, 0.21 off.
 _SMALL, _TINY = 0.1, 1e-4
 _OFF_MIDDLE = 0.25
-#: Two contacts in one place (distance in finger lengths), and with one normal (sine of the angle).
-_SAME_PLACE, _SAME_NORMAL = 1e-8, 1e-4
 #: Stiffness of the active constraints, over the Hessian's largest entry, by which the stability
 #: along them is judged.
 _STIFF = 1e4
@@ -141,7 +140,7 @@ def _is_taut(spare, rubbing):
     force = 0.0
     for k in range(rubbing.kept_force.shape[0]):
         force += rubbing.kept_force[k]
-    return force > _TAUT * np.sqrt(2.0 * _energy(spare.u_start))
+    return force > _TAUT * np.sqrt(2.0 * energy(spare.u_start))
 
 
 @inner
@@ -151,7 +150,8 @@ def _copy(source, target):
 
 
 @inner
-def _energy(u):
+def energy(u):
+    """Strain energy of the modes `u` (m,)."""
     total = 0.0
     for k in range(u.shape[0]):
         total += 0.5 * u[k] * u[k]
@@ -184,8 +184,8 @@ def _snap(design, start, stop, shortest, spare, work, options):
             work.multipliers[:] = 0.0
             result, _, iterations, _ = solve(design, goal, spare.u, 0, work, options)
             total += iterations
-            before = _energy(spare.u_start)
-            fallen = before - _energy(spare.u)
+            before = energy(spare.u_start)
+            fallen = before - energy(spare.u)
             least = _FALL * _SHORTEST * reach * before
             turned = abs(_turn(design, spare.u) - _turn(design, spare.u_start))
             found = result == status.CONVERGED and fallen > least and turned <= _LONGEST_TURN
@@ -259,26 +259,9 @@ def _slide(design, mu, start, goal, least, spare, work, rubbing, options):
 
 
 @inner
-def _corners_meet(work):
-    """True where a corner of the jaw presses on the block's corner: two pairs that touch in one
-    place with different normals. Each of them alone keeps the two apart, so that the corner slips
-    off on either side: that is no minimum."""
-    gaps, force = work.at.gaps, work.multipliers
-    for k in range(force.shape[0]):
-        for j in range(k):
-            if force[j] <= 0.0 or force[k] <= 0.0:
-                continue
-            apart = abs(gaps[c.PX, j] - gaps[c.PX, k]) + abs(gaps[c.PY, j] - gaps[c.PY, k])
-            turned = gaps[c.GX, j] * gaps[c.GY, k] - gaps[c.GY, j] * gaps[c.GX, k]
-            if apart <= _SAME_PLACE and abs(turned) > _SAME_NORMAL:
-                return True
-    return False
-
-
-@inner
 def _is_stable(design, work):
     """True where the solved shape is a minimum of the energy along its active constraints."""
-    if design.form == c.CLOSEST and _corners_meet(work):
+    if design.form == c.CLOSEST and corners_meet(work.at.gaps, work.multipliers):
         return False
     modes = work.step.shape[0]
     hessian(design, work.at, work.multipliers, work.hessian)

@@ -2,8 +2,8 @@
 
 Two things end it. Friction locks: the finger does not slide from first touch on. Or the path passes
 a limit point: the branch turns back, and the finger snaps to another equilibrium. Both are told by
-the determinant (`path.tip`), which is positive on the branch from first touch. The end is found by
-following the branch in ever smaller moves of the target; and the equilibrium behind a snap by
+the determinant (`path.tip`), which is positive on the branch from first touch. The end is where the
+path got to in ever smaller moves of the target; and the equilibrium behind a snap is found by
 following the frictionless one, at the first failed row, into friction. The friction that this one
 bears is often the critical one, up to which the path reaches that row; it is found by dividing its
 bracket. All failed designs are done at once.
@@ -24,9 +24,8 @@ from fastncm.sqp.solve import Options
 
 Array = np.ndarray
 
-#: First step and shortest step, in mu and (in finger lengths) in the target's position.
+#: First step and shortest step in mu.
 _FIRST_MU, _SHORTEST_MU = 0.05, 1e-9
-_FIRST_MOVE, _SHORTEST_MOVE = 1e-3, 1e-9
 #: To what share of mu the critical friction is found, and where in a bracket it is looked for, side
 #: by side in the lanes.
 _CLOSE = 1e-7
@@ -42,38 +41,60 @@ def explain_ends(problem: Problem, options: Options, trace: Trace) -> None:
     ``trace.ends`` where their branch ended and why."""
     if not (problem.mu > 0.0).any():
         return
-    tolerance = options.tolerance
     positions = problem.positions.shape[1]
-    failed = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
-    failed &= problem.mu[:, None] > 0.0
+    failed = _failed(problem, trace)
     d = np.flatnonzero(failed.any(axis=1))
     if not len(d):
         return
     row = failed[d].argmax(axis=1)
-    start = _start(problem, trace, d, row)
-    stop, mu = problem.positions[d, row], problem.mu[d]
-    beyond, friction = _follow_friction(problem, tolerance, d, row, np.sign(stop - start))
-    limit = _last_states(problem, tolerance, trace, d, row, start, np.sign(stop - start))
-    reached = _follow(problem, tolerance, limit, limit.t, start, stop, _FIRST_MOVE, _SHORTEST_MOVE)
-    told = trace.ends[d, END_POSITION] != 0.0
-    before = told & (trace.ends[d, END_ROW] < row)  # a snap that the path has gone over
-    reached = np.where(told & ~before, trace.ends[d, END_POSITION], reached)
-    # the state that the finger snaps to, with the target back at the limit point
-    back = some(beyond, np.arange(len(d)))
-    back.t[:] = reached
-    solve_states(problem, tolerance, back)
-    released = limit.row[:, rows.ENERGY] - back.row[:, rows.ENERGY]
-    snaps = (friction >= mu) & back.good & (reached != start) & (released > 0.0)
+    back, friction, released, locks = _look_behind(problem, options.tolerance, trace, d, row)
     trace.ends[d, END_ROW] = row
-    trace.ends[d, END_POSITION] = reached
-    # if not, it locks from the start, and that is known
-    slides = (trace.ends[d, END_MU] == 0.0) | before
-    if slides.any():
-        likely = np.minimum(friction, mu)[slides]
-        critical = _critical_friction(problem, options, d[slides], row[slides], likely)
-        trace.ends[d[slides], END_MU] = critical
-    trace.ends[d, END_ENERGY] = np.where(snaps, released, np.nan)
+    trace.ends[d, END_POSITION] = back.t
+    trace.ends[d, END_ENERGY] = np.where(released > 0.0, released, np.nan)
+    if not locks.all():
+        likely = np.minimum(friction, problem.mu[d])[~locks]
+        critical = _critical_friction(problem, options, d[~locks], row[~locks], likely)
+        trace.ends[d[~locks], END_MU] = critical
     trace.rows[:, :positions, rows.STATUS][failed] = status.NO_EQUILIBRIUM
+
+
+def states_behind(problem: Problem, tolerance: float, trace: Trace) -> tuple[Array, States]:
+    """The designs (S,) of a solved trace whose branch with friction ends although there is another
+    equilibrium with less energy, and that one, with the target at the end."""
+    failed = _failed(problem, trace)
+    d = np.flatnonzero(failed.any(axis=1))
+    if not len(d):
+        return d, make_states(d, np.zeros(0), d, mode_count(problem))
+    row = failed[d].argmax(axis=1)
+    back, _, released, locks = _look_behind(problem, tolerance, trace, d, row)
+    falls = (released > 0.0) & ~locks
+    return d[falls], some(back, falls)
+
+
+def _failed(problem: Problem, trace: Trace) -> Array:
+    """The rows (D, N) with friction that failed."""
+    positions = problem.positions.shape[1]
+    failed: Array = trace.rows[:, :positions, rows.STATUS] > status.NO_CONTACT
+    return failed & (problem.mu[:, None] > 0.0)
+
+
+def _look_behind(
+    problem: Problem, tolerance: float, trace: Trace, d: Array, row: Array
+) -> tuple[States, Array, Array, Array]:
+    """What the finger snaps to where the branches end before the failed rows, with the target at
+    the end; the friction that the equilibrium at the row bears (`_follow_friction`); the energy
+    released (S,), NaN where there is nothing to snap to; and whether it locks from the start."""
+    start = _start(problem, trace, d, row)
+    sense = np.sign(problem.positions[d, row] - start)
+    beyond, friction = _follow_friction(problem, tolerance, d, row, sense)
+    end = trace.ends[d]
+    told = (end[:, END_ROW] == row) & (end[:, END_POSITION] != 0.0) & ~np.isnan(end[:, END_MU])
+    stored = np.where(told, end[:, END_ENERGY], trace.rows[d, np.maximum(row - 1, 0), rows.ENERGY])
+    beyond.t[:] = np.where(told, end[:, END_POSITION], start)
+    solve_states(problem, tolerance, beyond)
+    released = stored - beyond.row[:, rows.ENERGY]
+    released[~((friction >= problem.mu[d]) & beyond.good)] = np.nan
+    return beyond, friction, released, told & (end[:, END_MU] != 0.0)
 
 
 def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:
@@ -85,27 +106,6 @@ def _start(problem: Problem, trace: Trace, d: Array, row: Array) -> Array:
     touching = problem.positions[d, row]
     clear = np.where(row > 0, start, touching + _FAR)
     return np.where(free, locate_touches(problem, d, clear, touching), start)
-
-
-def _last_states(
-    problem: Problem,
-    tolerance: float,
-    trace: Trace,
-    d: Array,
-    row: Array,
-    start: Array,
-    sense: Array,
-) -> States:
-    """The states before the failed rows, sliding."""
-    before = np.maximum(row - 1, 0)
-    states = make_states(d, start, np.full(len(d), -1), trace.shapes.shape[2])
-    solve_states(problem, tolerance, states)  # for the normal at first touch
-    loaded = trace.rows[d, before, rows.STATUS] == status.CONVERGED
-    states.u[loaded] = trace.shapes[d, before][loaded]
-    states.force[loaded] = trace.rows[d, before, rows.FORCE][loaded]
-    states.row[loaded] = trace.rows[d, before][loaded]
-    states.side[:] = _dragged(states, problem.mu[d], sense)
-    return states
 
 
 def _dragged(states: States, mu: Array, sense: Array) -> Array:
@@ -213,39 +213,25 @@ def _follow_friction(
     mu = problem.mu[d]
     signed = _dragged(states, mu, sense)
     solved = trace.rows[own, row, rows.STATUS] == status.CONVERGED
-    reached = _follow(
-        problem, tolerance, states, states.side, 0.0 * mu, signed, _FIRST_MU, _SHORTEST_MU
-    )
-    states.side[:] = np.copysign(states.side, signed)
-    return states, np.where(solved, np.abs(reached), np.nan)
+    _raise_friction(problem, tolerance, states, signed)
+    return states, np.where(solved, np.abs(states.side), np.nan)
 
 
-def _follow(
-    problem: Problem,
-    tolerance: float,
-    states: States,
-    parameter: Array,
-    start: Array,
-    stop: Array,
-    first: float,
-    shortest: float,
-) -> Array:
-    """Lead `states` from `start` to `stop` (S,) of `parameter`, one of their fields, as far as each
-    gets; returns how far. The states are left as the last ones that were solved."""
-    index = next(i for i, field in enumerate(states) if field is parameter)
-    parameter[:] = start
-    step = np.full(len(start), first)
-    pending = np.arange(len(start))
+def _raise_friction(problem: Problem, tolerance: float, states: States, stop: Array) -> None:
+    """Lead frictionless `states` to the side `stop` (S,), as far as each gets. They are left as the
+    last ones that were solved."""
+    states.side[:] = np.copysign(0.0, stop)
+    step = np.full(len(stop), _FIRST_MU)
+    pending = np.arange(len(stop))
     while len(pending):
-        way = stop[pending] - parameter[pending]
-        move = np.copysign(np.minimum(step[pending], np.abs(way)), way)
+        way = stop[pending] - states.side[pending]
+        done = np.abs(way) <= step[pending]
         trial = some(states, pending)
-        trial[index][:] += move
+        move = np.copysign(step[pending], way)
+        trial.side[:] = np.where(done, stop[pending], trial.side + move)
         solve_states(problem, tolerance, trial)
-        good, done = trial.good, np.abs(way) <= step[pending]
+        good = trial.good
         for mine, new in zip(states, trial, strict=True):
             mine[pending[good]] = new[good]
-        parameter[pending[good & done]] = stop[pending[good & done]]
         step[pending] *= np.where(good, _LONGER, _SHORTER)
-        pending = pending[np.where(good, ~done, step[pending] > shortest)]
-    return parameter.copy()
+        pending = pending[np.where(good, ~done, step[pending] > _SHORTEST_MU)]

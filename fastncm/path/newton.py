@@ -21,6 +21,10 @@ from fastncm.path import frictionless, rubbing, tip
 from fastncm.path.lanes import AS_STORED
 from fastncm.path.slip import slip
 
+#: Residual that is accepted with friction where all steps do not get below the tolerance: a finger
+#: that would buckle if its contact did not stick is close to singular without it.
+_STALLED = 1e-9
+
 # sizes that LLVM knows (`kernels.rod`)
 _4, _5 = (0,) * 4, (0,) * 5
 
@@ -211,9 +215,10 @@ def correct(problem, lanes, tolerance, most):
         step(lanes)
     for lane in range(LANES):
         if lanes.active[lane]:
-            # a gap is a difference of numbers as large as the target and its distance
-            radius = problem.target[lanes.design[lane], c.TARGET_RADIUS]
-            rounding = c.GAP_ROUNDING * (1.0 + radius + abs(lanes.t[lane]))
+            # a gap is a difference of numbers as large as the two radii and the distance
+            d = lanes.design[lane]
+            radii = problem.target[d, c.TARGET_RADIUS] + abs(problem.jaw[d, c.RHO])
+            rounding = c.GAP_ROUNDING * (1.0 + radii + abs(lanes.t[lane]))
             lanes.good[lane] = (
                 lanes.determinant[lane] > 0.0
                 and lanes.force[lane] >= 0.0
@@ -221,5 +226,7 @@ def correct(problem, lanes, tolerance, most):
                     lanes.residual[lane] <= tolerance
                     or abs(lanes.gap[c.GAP, lane]) <= rounding
                     and lanes.residual[lane] <= c.GRAZING
+                    or lanes.mu[lane] > 0.0
+                    and lanes.residual[lane] <= _STALLED
                 )
             )

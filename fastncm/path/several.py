@@ -21,6 +21,7 @@ from fastncm.kernels import constants as c
 from fastncm.kernels.cache import inlined, inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.elimination import eliminate
+from fastncm.path.corners import corners_meet
 from fastncm.path.slip import contact_slip
 from fastncm.sqp import design as model
 from fastncm.sqp import status
@@ -128,7 +129,9 @@ def solve(design, mu, before, t, u, work, rubbing, options):
         stalled = residual >= 0.5 * last
         rounded = residual <= _STALLED or _grazes(design, t, residual, work)
         if residual <= options.tolerance or stalled and rounded:
-            return status.CONVERGED, iteration + 1, residual
+            held = corners_meet(work.at.gaps, work.multipliers)
+            result = status.NO_EQUILIBRIUM if held else status.CONVERGED
+            return result, iteration + 1, residual
         last = residual
     return status.MAX_ITERATIONS, _STEPS, last
 

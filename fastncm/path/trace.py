@@ -9,9 +9,18 @@ from fastncm.kernels.cache import inner
 from fastncm.kernels.constants import LANES
 from fastncm.kernels.problem import fill_basis
 from fastncm.path import newton, rows, stick
-from fastncm.path.snap import END_MU, ENDS, SHORTEST_MOVE, go_over, snap_back
+from fastncm.path.snap import (
+    END_MU,
+    END_POSITION,
+    ENDS,
+    SHORTEST_MOVE,
+    go_over,
+    note_end,
+    note_loss,
+    snap_back,
+)
 from fastncm.path.touch import is_inside, locate_touch, undeformed_gap
-from fastncm.path.walk import doubt_leaps, forget, predict, remember
+from fastncm.path.walk import doubt_leaps, forget, predict, remember, stored_energy
 from fastncm.sqp import status
 
 #: Longest move of the target (in finger lengths) from one solve to the next; longer ones are
@@ -138,7 +147,8 @@ def begin_position(problem, i, lanes, walk, trace):
                 limit = stick.locking_friction(problem, lanes, walk, lane, sense)
                 if limit <= lanes.mu[lane]:
                     walk.lost[lane] = True
-                    if trace.ends[d, END_MU] == 0.0:
+                    if trace.ends[d, END_POSITION] == 0.0:
+                        note_end(trace.ends[d], i, walk.t[lane], np.nan)
                         trace.ends[d, END_MU] = limit
                     continue
         walk.going[lane] = True
@@ -226,11 +236,12 @@ def store(i, lanes, measured, trace):
 
 
 @inner
-def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace):
+def trace_paths(problem, tolerance, longest, over, behind, lanes, walk, measuring, trace):
     """Solve all positions of all designs in the closed form, `LANES` designs side by side.
 
     tolerance: of the KKT residual; longest: move of the target from one solve to the next; over:
-    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); trace: `Trace`,
+    (D,) bool, whether a path with friction goes on behind a snap (`path.snap`); behind: `States`
+    of all designs, to which they snap where no move leads (``good``), or of none; trace: `Trace`,
     whose rows and shapes are overwritten, the others zeros on entry.
 
     A position that Newton's method does not reach in the shortest moves either is left with the
@@ -261,7 +272,7 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
                 doubt_leaps(lanes, walk)
                 if lanes.rubs[0]:
                     go_over(i, over, lanes, walk, trace)
-                snap_back(problem, i, lanes, walk, tolerance, NEWTON_STEPS, trace)
+                snap_back(problem, i, behind, lanes, walk, tolerance, NEWTON_STEPS, trace)
                 newton.rates(lanes)
                 if lanes.rubs[0]:
                     stick.keep(lanes, walk)
@@ -279,6 +290,8 @@ def trace_paths(problem, tolerance, longest, over, lanes, walk, measuring, trace
             for lane in range(LANES):
                 d = lanes.design[lane]
                 solved = lanes.active[lane] and lanes.good[lane]
+                if not solved and lanes.active[lane] and lanes.mu[lane] > 0.0:
+                    note_loss(trace.ends[d], i, walk.t[lane], stored_energy(walk, lane))
                 if not solved and (lanes.active[lane] or walk.lost[lane]):
                     row = trace.rows[d, i]
                     row[rows.POSITION] = problem.positions[d, i]

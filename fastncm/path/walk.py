@@ -110,6 +110,15 @@ def power(lanes, lane):
     return lanes.force[lane] * lanes.gap[c.GX, lane] - lanes.rub[lane] * lanes.gap[c.GY, lane]
 
 
+@inlined
+def stored_energy(walk, lane):
+    """Strain energy of the last solved position."""
+    energy = 0.0
+    for k in range(walk.u.shape[0]):
+        energy += 0.5 * walk.u[k, lane] ** 2
+    return energy
+
+
 @inner
 def doubt_leaps(lanes, walk):
     """Take a shape that the target's work on the way does not explain, less what friction takes of
