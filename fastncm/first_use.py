@@ -66,7 +66,7 @@ def compile_alone(entry: str) -> None:
     if entry == LANES:
         trace_lanes(problem, 1.0, 1.0, trace)
     else:
-        trace_carefully(problem, Options(1.0, 1.0, 1, True, 1.0, 1.0), trace)
+        trace_carefully(problem, Options(1.0, 1.0, 1, True, 1.0, 1.0, 1.0, 1.0), trace)
 
 
 def _compile_elsewhere(entry: str) -> subprocess.Popen[bytes]:

@@ -4,6 +4,7 @@ leave over."""
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,8 @@ Array = np.ndarray
 #: it does not reach for some design is solved again with more modes.
 _FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
 _LAST_RESORT = 8
+#: Orders with which designs without friction are tried again where rows failed.
+_MORE_MODES = (16, 32)
 #: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
 _CHUNK = 512
 #: The KKT residual must be this much smaller than the tolerance of the force ...
@@ -40,6 +43,15 @@ _ALGEBRAIC_SHARE = 1e-2
 _TIGHTEST, _LOOSEST = 1e-13, 1e-12
 #: Iterations of the SQP: the exact Hessian needs 5, damped BFGS from far away up to 60.
 _EXACT_ITERATIONS, _BFGS_ITERATIONS = 50, 200
+#: Options with which rows without friction that the SQP left over are tried again, one after the
+#: other. Near a limit point a step of the quadratic model may wind the finger up many times, which
+#: one of BFGS does not; and a long move may lead to another branch, which ends.
+_AGAIN: tuple[dict[str, Any], ...] = (
+    {"longest_turn": 0.3},
+    {"longest_turn": 0.3, "longest_move": 0.0625},
+    {"longest_move": 0.0625},
+    {"longest_turn": 0.3, "longest_move": 0.0625, "exact": False, "iterations": _BFGS_ITERATIONS},
+)
 
 
 @dataclass(frozen=True)
@@ -90,10 +102,14 @@ class _Memory:
         return self._arrays[name][:size].reshape(shape)
 
 
-def _solve_chunk(lowered: Lowered, pending: Array, memory: _Memory) -> Iterator[Solved]:
-    """`solve_paths` of the designs `pending` (D,), all with friction or all without."""
+def _solve_chunk(
+    lowered: Lowered, pending: Array, memory: _Memory, order: int = 0
+) -> Iterator[Solved]:
+    """`solve_paths` of the designs `pending` (D,), all with friction or all without; with `order`
+    modes to start with, where it is given."""
     solver = lowered.scene.solver
-    order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
+    if order == 0:
+        order = _first_order(solver.rtol) if solver.order == "auto" else int(solver.order)
     while len(pending):
         problem = lowered.problem(order, pending)
         options = _options(solver.rtol, solver.hessian == "exact")
@@ -102,14 +118,41 @@ def _solve_chunk(lowered: Lowered, pending: Array, memory: _Memory) -> Iterator[
         accepted = np.ones(len(pending), dtype=bool)
         if solver.order == "auto" and order < c.MAX_ORDER:
             accepted = truncation <= solver.rtol
-        if accepted.all():
-            yield _explained(Solved(pending, order, problem, trace), options)
-            break
-        if accepted.any():
-            some = _subset(Solved(pending, order, problem, trace), accepted)
-            yield _explained(some, options)
+        solved = Solved(pending, order, problem, trace)
+        doubted = np.zeros(len(pending), dtype=bool)
+        if solver.order == "auto" and order < _MORE_MODES[-1] and problem.form == c.CLOSEST:
+            positions = trace.contacts.shape[1]
+            doubted = accepted & (lowered.mu[pending] == 0.0) & (_rows_solved(trace) < positions)
+        kept = _subset(solved, doubted) if doubted.any() else None
+        sure = accepted & ~doubted
+        if sure.any():
+            yield _explained(solved if sure.all() else _subset(solved, sure), options)
+        if kept is not None:
+            yield from _with_more_modes(lowered, kept, options, memory)
         pending = pending[~accepted]
         order = min(order + max(1, order // 6), c.MAX_ORDER)
+
+
+def _with_more_modes(
+    lowered: Lowered, doubted: Solved, options: Options, memory: _Memory
+) -> Iterator[Solved]:
+    """Designs with rows that failed, one by one: as they are, or with the first of `_MORE_MODES`
+    that solves more rows. A finger that bends as much as to be near its branch's end needs more
+    modes than the rows that were solved tell."""
+    more = next(modes for modes in _MORE_MODES if modes > doubted.order)
+    for at, design in enumerate(doubted.designs):
+        one = _subset(doubted, np.arange(len(doubted.designs)) == at)
+        (again,) = _solve_chunk(lowered, np.array([design]), memory, more)
+        better = _rows_solved(again.trace)[0] > _rows_solved(one.trace)[0]
+        yield again if better else _explained(one, options)
+
+
+def _rows_solved(trace: Trace) -> Array:
+    """How many positions of each design have an answer, (D,)."""
+    positions = trace.contacts.shape[1]
+    solved: Array = trace.rows[:, :positions, rows.STATUS] <= status.NO_CONTACT
+    count: Array = solved.sum(axis=1)
+    return count
 
 
 def _chunks(lowered: Lowered) -> Iterator[Array]:
@@ -145,6 +188,8 @@ def _options(rtol: float, exact: bool) -> Options:
         exact=exact,
         armijo=1e-4,
         shortest=1e-8,
+        longest_turn=np.inf,
+        longest_move=1.0,
     )
 
 
@@ -179,6 +224,16 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
             trace_carefully(again, options, second)
             _replace(trace, second, designs)
             seen = review(trace.rows, positions)
+            smooth = designs[problem.mu[designs] == 0.0]
+            for changes in _AGAIN:
+                smooth = smooth[seen.worst[smooth] > status.NO_CONTACT]
+                if not len(smooth):
+                    break
+                again = select(problem, smooth)
+                second = make_trace(*_room(again, constraints))
+                trace_carefully(again, options._replace(**changes), second)
+                _replace(trace, second, smooth, gain=1)
+                seen = review(trace.rows, positions)
             rubs = problem.mu[designs] > 0.0
             designs = designs[rubs & (seen.worst[designs] > status.NO_CONTACT)]
         if len(designs):  # a branch that really ends, with friction

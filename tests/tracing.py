@@ -23,7 +23,7 @@ CIRCLE, CORNER = "snapfit-circle", "snapfit-corner"
 
 LANE_TOLERANCE = 1e-12
 """KKT residual for the lanes; the last Newton step brings it down to rounding."""
-EXACT = Options(1e-11, GAP_ROUNDING, 60, True, 1e-4, 1e-10)
+EXACT = Options(1e-11, GAP_ROUNDING, 60, True, 1e-4, 1e-10, np.inf, 1.0)
 BFGS = EXACT._replace(exact=False, iterations=200)
 
 

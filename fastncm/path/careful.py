@@ -196,8 +196,6 @@ def _solve_all(problem, options, block, tools, trace):
     """`_trace` with shared records."""
     designs, positions = problem.positions.shape
     lanes, walk, measuring = workspaces(problem, block)
-    for lane in range(LANES):
-        walk.room[lane] = LONGEST_MOVE
     for first in range(0, designs, LANES):
         begin_block(problem, first, lanes)
         for lane in range(LANES):
@@ -207,6 +205,11 @@ def _solve_all(problem, options, block, tools, trace):
             _skip_blocked(problem, i, lanes, walk, trace)
             for lane in range(LANES):
                 walk.touching[lane] = walk.going[lane]
+                walk.room[lane] = LONGEST_MOVE
+                if walk.going[lane]:
+                    way = abs(problem.positions[lanes.design[lane], i] - walk.t[lane])
+                    least = c.GAP_ROUNDING * (1.0 + abs(walk.t[lane]))
+                    walk.room[lane] = max(min(LONGEST_MOVE, options.longest_move * way), least)
             while aim(problem, i, lanes, walk):
                 for lane in range(LANES):
                     if lanes.active[lane]:

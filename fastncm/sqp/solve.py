@@ -26,7 +26,8 @@ class Options(NamedTuple):
     tolerance: of the relative KKT residual; rounding: absolute error of a gap that is due to
     arithmetic; iterations: at most; exact: Hessian exact (True) or damped BFGS (False); armijo:
     share of the predicted fall of the merit function that a step must bring; shortest: step length
-    at which the line search gives up.
+    at which the line search gives up; longest_turn: by how much a step may turn the tip (rad);
+    longest_move: of the target, as a share of the way to the next position (`path.careful`).
     """
 
     tolerance: float
@@ -35,6 +36,8 @@ class Options(NamedTuple):
     exact: bool
     armijo: float
     shortest: float
+    longest_turn: float
+    longest_move: float
 
 
 class SqpWork(NamedTuple):
@@ -240,7 +243,11 @@ def _line_search(design, t, u, work, count, penalty, options):
     for k in range(work.constant.shape[0]):
         slope -= penalty * max(0.0, -work.constant[k])
     rounding = 4.0 * np.finfo(np.float64).eps * abs(merit) + penalty * options.rounding
-    length, corrected = 1.0, False
+    turn = 0.0
+    for i in range(u.shape[0]):
+        turn += design.end[i] * work.step[i]
+    length = 1.0 if abs(turn) <= options.longest_turn else options.longest_turn / abs(turn)
+    corrected = False
     while length >= options.shortest:
         if (
             _try(design, t, u, length, work, penalty)

@@ -69,6 +69,10 @@ def exact_force(kind: str, index: int, row: pd.Series) -> tuple[np.ndarray, floa
         ("corner-concave", 61),
         ("corner-concave", 379),
         ("corner-concave", 778),
+        # at a limit point the steps of the SQP wound the finger up
+        ("circle-concave", 7620),
+        ("circle-concave", 9334),
+        ("corner-straight", 12408),
     ],
 )
 def test_a_row_with_one_contact(kind: str, index: int) -> None:
@@ -79,6 +83,26 @@ def test_a_row_with_one_contact(kind: str, index: int) -> None:
     error = np.hypot(*(row[FORCE].to_numpy(float) - truth))
     assert error <= (10.0 * row["error_estimate"] + rounding) * np.hypot(*truth)
     assert row["error_estimate"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("kind", "index", "pose"),
+    [
+        ("circle-straight", 986, (0.73925, -0.41270, 0.01446)),
+        ("circle-straight", 8067, (0.77949, -0.28853, -0.02180)),
+        ("circle-concave", 331, (0.83267, -0.19373, -0.02712)),
+    ],
+)
+def test_a_row_that_needs_more_modes_than_those_before(
+    kind: str, index: int, pose: tuple[float, float, float]
+) -> None:
+    """The only other row has no contact, and with the first order the branch ended before. pose:
+    the tip's, of 24 links that SLSQP follows from first touch (bench/support/atlas_slsqp.py)."""
+    row = solve(kind, index).frame().iloc[-1]
+    length = extremes.one(kind, index)["finger.length"]
+    assert row["status"] == "converged"
+    assert row[["tip_x_m", "tip_y_m"]].to_numpy(float) / length == pytest.approx(pose[:2], abs=5e-3)
+    assert row["tip_angle_rad"] == pytest.approx(pose[2], abs=5e-3)
 
 
 @pytest.mark.parametrize("index", [142, 347])
