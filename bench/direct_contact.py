@@ -64,7 +64,7 @@ FORMS: dict[str, dict[str, object]] = {
     "octagon, ψ + γ": OCTAGONAL | {"model.section": "psi+gamma"},
     "(10b), M = 4 N": {"solver.contact": "points-on-target"},
 }
-FORM_INTERVALS = {"octagon, ψ + γ": 1440, "(10b), M = 4 N": 1440}
+FORM_INTERVALS = {"octagon, ψ + γ": 1440, "(10b), M = 4 N": 2880}
 """Up to which N, where more takes minutes: rows that fail are tried many times, and (10b)'s working
 set takes many passes."""
 COLOURS = {"section ψ": "#1b2a49", "section ψ + γ, as printed": "#4c8eda", "no shear": "0.6"}

@@ -300,6 +300,15 @@ def _nearest_section(problem, k, state):
 
 
 @inlined
+def sections_change(problem, state):
+    """Whether another section than its own is the nearest to a point of the target."""
+    for k in range(problem.arc.shape[0] + 1, state.px.shape[0]):
+        if _nearest_section(problem, k, state) != state.node[k]:
+            return True
+    return False
+
+
+@inlined
 def _normal_of_end(problem, d, m):
     """Direction of the outward normal of the ellipse `d` at its point `m`, in its own frame."""
     a, b = problem.vertices[d, 0, 0], problem.vertices[d, 0, 1]

@@ -78,9 +78,10 @@ def _towards_boundary(state, chain):
 
 @inner
 def separate(problem, d, state, chain, size):
-    """Put into ``chain.touching`` the points that carry force in the solution of the subproblem.
+    """Put into ``chain.touching`` the points that carry force in the solution of the subproblem, or
+    where they do not separate clearly, those that carry more of it than their gap.
 
-    Returns ``(whether they are found, passes)``.
+    Returns ``(whether the finger is pressed at all, passes)``.
     """
     points = state.gap.shape[0]
     passes, depth, force = _start(problem, d, state, chain, size)
@@ -88,7 +89,7 @@ def separate(problem, d, state, chain, size):
         return True, passes
     if not force > 0.0:
         return False, passes
-    fall, found = 0.3, False
+    fall = 0.3
     for _ in range(_STEPS):
         passes += 1
         product, count = 0.0, 0
@@ -113,12 +114,12 @@ def separate(problem, d, state, chain, size):
                 largest = max(largest, chain.push[k])
         fall = max(1.0 - length, _FASTEST)
         if length > _LONG:
-            fall, found = _FASTEST, True
+            fall, clear = _FASTEST, True
             for k in range(1, points):
                 if chain.touching[k]:
                     lesser = min(chain.push[k] / largest, chain.slack[k] / depth)
-                    found = found and lesser < _CLEAR
-            if found:
+                    clear = clear and lesser < _CLEAR
+            if clear:
                 break
     largest = 0.0
     for k in range(1, points):
@@ -128,4 +129,4 @@ def separate(problem, d, state, chain, size):
         chain.soft[k], chain.shift[k] = 0.0, 0.0
         if chain.touching[k]:
             chain.touching[k] = chain.push[k] * depth > chain.slack[k] * largest
-    return found, passes
+    return True, passes

@@ -94,9 +94,9 @@ def solve_subproblem(problem, d, state, chain, size):
     excess, passes = _settle(problem, d, state, chain, size, _ROUNDING, _ROUNDING)
     if excess != UNSETTLED:
         return excess, passes
-    found, count = separate(problem, d, state, chain, size)
+    pressed, count = separate(problem, d, state, chain, size)
     passes += count
-    if not found:
+    if not pressed:
         return UNSETTLED, passes
     depth = 0.0
     for k in range(1, state.gap.shape[0]):

@@ -9,7 +9,7 @@ no energy to fall: then the residual alone decides.
 import numpy as np
 
 from fastncm.kernels.cache import inlined, inner
-from fastncm.kernels.nodal import carry_forces
+from fastncm.kernels.nodal import carry_forces, sections_change
 from fastncm.sqp import status
 from fastncm.sqp.flexibility import is_wide
 from fastncm.sqp.subproblem import UNSETTLED, solve_subproblem
@@ -197,7 +197,7 @@ def solve_surface(problem, d, x, y, angle, work, tolerance, most):
         if np.isnan(fallen):
             return status.MAX_ITERATIONS, iteration, residual
         residual = fallen
-        if problem.points.shape[1] > 0:  # another section may be the nearest now
+        if sections_change(problem, state):
             evaluate(problem, d, x, y, angle, work)
             residual = kkt_residual(problem, d, state, work.size[0])
     return status.MAX_ITERATIONS, most, residual
