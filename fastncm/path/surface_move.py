@@ -77,8 +77,8 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
 
     A step that seems to lead to another branch is divided, as one that is not solved. Where it
     leads there in the shortest one, too, the finger snaps; but never to where more energy is stored
-    than the target brings, unless the way is not `strict`, as it is none of the path's. A step after
-    which it is in doubt where contacts stick is divided, too, if shorter ones are solved. Returns
+    than the target brings, unless the way is not `strict`, as it is none of the path's. A step that
+    leaves in doubt where contacts stick is divided, too, if shorter ones are solved. Returns
     ``(status, iterations)``; on success ``walk.place`` is the goal, else it is where the branch
     ends, or where `_MOST` iterations had led to.
     """
