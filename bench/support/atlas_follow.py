@@ -2,8 +2,9 @@
 of the target: the judge of whether the path leads to an answer where the package has none.
 
 Nothing of the package is used. At each step the energy is minimised from the shape before, a little
-shaken, so that only minima are followed. Where the shape moves too far the step is halved; where it
-still does in the smallest one, the branch has ended in a limit point and the finger snaps.
+shaken, so that only minima are followed. Where the shape moves too far, or the target's work does
+not explain its energy, the step is divided; where that is still so in the smallest one, the branch
+has ended in a limit point and the finger snaps, but never to a shape of more energy.
 """
 
 from collections.abc import Callable
@@ -25,6 +26,8 @@ LARGEST, SMALLEST = 1.0 / 20, 2.0**-18
 """Steps, of the target's way."""
 NEAR = 0.15
 """How far a shape may move in a step, of its size."""
+UNEXPLAINED = 0.25
+"""Energy, of what is stored, that may be gained or lost in a step beside the target's work."""
 NEAREST = 40
 """Gaps that a minimisation is told of; an answer must keep all."""
 MOST_SOLVES = 150
@@ -90,10 +93,14 @@ def follow(chain: Chain, first: float, stop: float) -> Followed:
     for _ in range(MOST_SOLVES):
         to = min(done + step, 1.0)
         trial = _minimise(chain, z, first + to * (stop - first), unit, deep, rng)
+        odd = 0.0 if trial is None else _unexplained(chain, z, trial, done, to, first, stop, deep)
         far = trial is None or np.linalg.norm(trial - z) > NEAR * max(unit, np.linalg.norm(z))
+        far = far or abs(odd) > UNEXPLAINED
         if far and step > SMALLEST:
             step *= 0.25
             continue
+        if odd > UNEXPLAINED:
+            trial = None
         if far:
             snapped = snapped if snaps else first + done * (stop - first)
             snaps += 1
@@ -130,6 +137,41 @@ def _minimise(
         if _residual(chain, new, position, deep) < KKT * max(unit, np.linalg.norm(new))
         else None
     )
+
+
+def _unexplained(
+    chain: Chain,
+    z: Array,
+    new: Array,
+    done: float,
+    to: float,
+    first: float,
+    stop: float,
+    deep: float,
+) -> float:
+    """Energy from z (n,) to `new`, over what is stored, which the target's work on the way does not
+    give."""
+    way = stop - first
+    work = (
+        0.5
+        * (to - done)
+        * way
+        * (_push(chain, z, first + done * way, deep) + _push(chain, new, first + to * way, deep))
+    )
+    before, after = 0.5 * z @ z, 0.5 * new @ new
+    return float((after - before - work) / max(before, after, np.finfo(float).tiny))
+
+
+def _push(chain: Chain, z: Array, position: float, deep: float) -> float:
+    """Work of the target per unit of its way: the forces that hold z (n,), times how fast their
+    gaps close (central differences)."""
+    touching = chain.gaps(z, position) < 10.0 * CLEAR * deep
+    if not touching.any():
+        return 0.0
+    force = nnls(chain.slopes(z, position)[touching].T, z)[0]
+    h = 1e-6 * max(1.0, abs(position))
+    ahead, behind = chain.gaps(z, position + h), chain.gaps(z, position - h)
+    return float(force @ (behind - ahead)[touching] / (2.0 * h))
 
 
 def _residual(chain: Chain, z: Array, position: float, deep: float) -> float:
