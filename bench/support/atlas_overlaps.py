@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import extremes
 import numpy as np
+from matplotlib.path import Path
 
 import fastncm
 from fastncm.scene import Scene
@@ -36,10 +37,15 @@ def is_short_block(kind: str, index: int) -> bool:
 
 
 def jaw_overlaps(kind: str, index: int) -> bool:
-    """Whether the undeformed jaw's edge is inside the target at the path's end."""
+    """Whether the undeformed jaw's edge is inside the target at the path's end, or the target's
+    reference point inside a jaw with a straight edge, which is a triangle with the finger's tip."""
     columns = _jaw_block(kind, index // extremes.BLOCK)
     chain = atlas_slsqp.JawChain(columns, index % extremes.BLOCK)
     edge = chain.edge(np.linspace(0.0, 1.0, EDGE_POINTS))[0] + [1.0, 0.0]
+    if kind.endswith("straight"):
+        jaw = Path([[1.0, 0.0], edge[0], edge[-1]])
+        if jaw.contains_point([chain.stop, chain.y]):
+            return True
     return bool(chain.outside(edge - [chain.stop, chain.y]).min() < -PENETRATION)
 
 
