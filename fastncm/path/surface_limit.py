@@ -9,9 +9,8 @@ from fastncm.path.surface_trace import SurfaceTrace, make_surface_trace, trace_s
 from fastncm.path.surface_way import AFRESH, Walk, make_walk
 from fastncm.sqp import status
 
-#: To what share of mu the critical friction is found: this part of the estimated error of the last
-#: contact force before, within limits.
-_PART, _CLOSEST, _FARTHEST = 0.1, 1e-7, 1e-4
+#: To what share of mu the critical friction is found.
+_CLOSE = 5e-7
 #: Part of mu below which it is not friction that locks.
 _SLIGHT = 1e-3
 #: Iterations times nodes after which it is not looked for any further.
@@ -21,8 +20,8 @@ _MOST_WORK = 2_000_000
 def find_critical_friction(problem: NodalProblem, tolerance: float, trace: SurfaceTrace) -> None:
     """Write the critical friction into the first row of each finger with friction that is not on
     the branch from first touch, which has ended before; by bisection, each time from the path's
-    start, as closely as the force is known. A row that is reached with less friction, and to which
-    no snap leads, has no equilibrium."""
+    start. A row that is reached with less friction, and to which no snap leads, has no
+    equilibrium."""
     state, lost = trace.rows[:, :, rows.STATUS], trace.rows[:, :, rows.LOST]
     behind = (state == status.BRANCH_ENDS) | ((state == status.CONVERGED) & (lost == AFRESH))
     off = (state > status.NO_CONTACT) | behind
@@ -34,8 +33,7 @@ def find_critical_friction(problem: NodalProblem, tolerance: float, trace: Surfa
         part = part._replace(positions=part.positions[:, : first[d] + 1].copy(), mu=part.mu.copy())
         walk, way = make_walk(part, only_follows=True), make_surface_trace(part, shapes=False)
         low, high = 0.0, float(problem.mu[d])
-        before = trace.rows[d, max(first[d] - 1, 0), rows.ESTIMATE]
-        close = min(max(_PART * before, _CLOSEST), _FARTHEST) * high
+        close = _CLOSE * high
         trial, row, nodes = close, trace.rows[d, first[d]], len(problem.arc)
         work = row[rows.ITERATIONS] * nodes
         while high - low > close and work < _MOST_WORK:
