@@ -31,8 +31,9 @@ Array = np.ndarray
 #: it does not reach for some design is solved again with more modes.
 _FIRST_ORDERS = ((1e-3, 2), (3e-5, 3), (2e-7, 4), (1e-9, 5), (4e-12, 6))
 _LAST_RESORT = 8
-#: Orders with which designs without friction are tried again where rows failed.
-_MORE_MODES = (16, 32)
+#: Orders with which fingers without friction that are thinner at the tip than this part of the
+#: clamp's thickness are tried again where rows failed: a quarter of a second each.
+_MORE_MODES, _THIN = (16, 32), 0.05
 #: Designs per call of the compiled code: their rows stay in the second-level cache's neighbourhood.
 _CHUNK = 512
 #: The KKT residual must be this much smaller than the tolerance of the force ...
@@ -121,8 +122,10 @@ def _solve_chunk(
         solved = Solved(pending, order, problem, trace)
         doubted = np.zeros(len(pending), dtype=bool)
         if solver.order == "auto" and order < _MORE_MODES[-1] and problem.form == c.CLOSEST:
-            positions = trace.contacts.shape[1]
-            doubted = accepted & (lowered.mu[pending] == 0.0) & (_rows_solved(trace) < positions)
+            state = trace.rows[:, : trace.contacts.shape[1], rows.STATUS]
+            failed = (state > status.NO_CONTACT) & (state != status.INFEASIBLE)
+            thin = (lowered.mu[pending] == 0.0) & (lowered.ratio[pending] < _THIN)
+            doubted = accepted & thin & failed.any(axis=1)
         kept = _subset(solved, doubted) if doubted.any() else None
         sure = accepted & ~doubted
         if sure.any():
@@ -137,7 +140,7 @@ def _with_more_modes(
     lowered: Lowered, doubted: Solved, options: Options, memory: _Memory
 ) -> Iterator[Solved]:
     """Designs with rows that failed, one by one: as they are, or with the first of `_MORE_MODES`
-    that solves more rows. A finger that bends as much as to be near its branch's end needs more
+    that solves more rows. A thin tip that bends as much as to be near its branch's end needs more
     modes than the rows that were solved tell."""
     more = next(modes for modes in _MORE_MODES if modes > doubted.order)
     for at, design in enumerate(doubted.designs):
