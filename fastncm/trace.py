@@ -122,10 +122,8 @@ def _solve_chunk(
         solved = Solved(pending, order, problem, trace)
         doubted = np.zeros(len(pending), dtype=bool)
         if solver.order == "auto" and order < _MORE_MODES[-1] and problem.form == c.CLOSEST:
-            state = trace.rows[:, : trace.contacts.shape[1], rows.STATUS]
-            failed = (state > status.NO_CONTACT) & (state != status.INFEASIBLE)
             thin = (lowered.mu[pending] == 0.0) & (lowered.ratio[pending] < _THIN)
-            doubted = accepted & thin & failed.any(axis=1)
+            doubted = accepted & thin & _unsolved(trace)
         kept = _subset(solved, doubted) if doubted.any() else None
         sure = accepted & ~doubted
         if sure.any():
@@ -148,6 +146,14 @@ def _with_more_modes(
         (again,) = _solve_chunk(lowered, np.array([design]), memory, more)
         better = _rows_solved(again.trace)[0] > _rows_solved(one.trace)[0]
         yield again if better else _explained(one, options)
+
+
+def _unsolved(trace: Trace) -> Array:
+    """Which designs have rows that may have an answer, but none was found, (D,)."""
+    state = trace.rows[:, : trace.contacts.shape[1], rows.STATUS]
+    failed = (state > status.NO_CONTACT) & (state != status.INFEASIBLE)
+    unsolved: Array = failed.any(axis=1)
+    return unsolved
 
 
 def _rows_solved(trace: Trace) -> Array:
@@ -229,7 +235,7 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
             seen = review(trace.rows, positions)
             smooth = designs[problem.mu[designs] == 0.0]
             for changes in _AGAIN:
-                smooth = smooth[seen.worst[smooth] > status.NO_CONTACT]
+                smooth = smooth[_unsolved(trace)[smooth]]
                 if not len(smooth):
                     break
                 again = select(problem, smooth)
