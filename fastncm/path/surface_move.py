@@ -29,8 +29,9 @@ ITERATIONS, _MOST = 25, 1000
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
 #: Part of the normal forces that may be in doubt of where contacts stick before a move is divided,
-#: and the shortest one, over the longest, that is.
-_DOUBTED, _DOUBTFUL = 0.01, 1.0 / 64.0
+#: and the longest one, over the longest of all, that is not: much shorter ones lose their way between
+#: stick and slip where friction is nearly all that the finger bears.
+_DOUBTED, _DOUBTFUL = 0.01, 0.25
 #: Longest move at whose beginning contacts are tried that stick from the first.
 _STICKS = 1e-4
 
@@ -127,7 +128,7 @@ def approach(problem, d, i, walk, mu, strict, tolerance, trace):
             step_on(problem, d, walk, share)
             if left <= 1e-12:
                 return result, total
-            share, doubted = min(2.0 * share, longest), 0.0
+            share, doubted = min(2.0 * share, longest), min(doubted, 0.0)
             if total <= _MOST:
                 continue
         copy_state(walk.kept, work.state)
