@@ -45,13 +45,12 @@ _TIGHTEST, _LOOSEST = 1e-13, 1e-12
 #: Iterations of the SQP: the exact Hessian needs 5, damped BFGS from far away up to 60.
 _EXACT_ITERATIONS, _BFGS_ITERATIONS = 50, 200
 #: Options with which rows without friction that the SQP left over are tried again, one after the
-#: other. Near a limit point a step of the quadratic model may wind the finger up many times, which
-#: one of BFGS does not; and a long move may lead to another branch, which ends.
+#: other. Near a limit point a step of the quadratic model may wind the finger up many times; and a
+#: long move may lead to another branch, which ends.
 _AGAIN: tuple[dict[str, Any], ...] = (
     {"longest_turn": 0.3},
     {"longest_turn": 0.3, "longest_move": 0.0625},
     {"longest_move": 0.0625},
-    {"longest_turn": 0.3, "longest_move": 0.0625, "exact": False, "iterations": _BFGS_ITERATIONS},
 )
 
 

@@ -29,8 +29,8 @@ ITERATIONS, _MOST = 25, 1000
 #: Rounds in which contacts change between stick and slip.
 _ROUNDS = 20
 #: Part of the normal forces that may be in doubt of where contacts stick before a move is divided,
-#: and the longest one, over the longest of all, that is not: much shorter ones lose their way between
-#: stick and slip where friction is nearly all that the finger bears.
+#: and the longest one, over the longest of all, that is not: much shorter ones lose their way
+#: between stick and slip where friction is nearly all that the finger bears.
 _DOUBTED, _DOUBTFUL = 0.01, 0.25
 #: Longest move at whose beginning contacts are tried that stick from the first.
 _STICKS = 1e-4

@@ -159,7 +159,7 @@ def _correct_inertia(work, count):
         if qp.cholesky(work.qp.factor, modes):
             return rho
         shift = max(4.0 * shift, 1e-3 * largest)
-        if not np.isfinite(shift) or shift > 1e12 * largest:
+        if not 0.0 < shift <= 1e12 * largest:  # nor for NaN, which ends no loop
             return -1.0
 
 
