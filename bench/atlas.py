@@ -36,7 +36,7 @@ JAW_SCENES = 16_667
 """Scenes of each of the six kinds of jaws, 100,000 in all."""
 SIDE_SCENES = 25_000
 """Scenes of each of the four kinds of direct contact, 100,000 in all."""
-SECONDS = 780.0
+SECONDS = 900.0
 """After which no further scenes of jaws are begun, nor of direct contact; another run goes on."""
 SHOT_SCENES = 300
 """Scenes of each kind of jaws of which every row is compared with shooting."""

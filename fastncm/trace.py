@@ -20,6 +20,7 @@ from fastncm.path.limit import explain_ends, states_behind
 from fastncm.path.overlap import mark_overlaps
 from fastncm.path.review import review
 from fastncm.path.run import trace_lanes
+from fastncm.path.states import States
 from fastncm.path.trace import EVENTS, LONGEST_MOVE, Trace, make_trace
 from fastncm.sqp import status
 from fastncm.sqp.solve import Options
@@ -227,28 +228,18 @@ def _trace(problem: Problem, options: Options, memory: _Memory) -> tuple[Trace, 
         designs = np.flatnonzero((seen.worst > status.NO_CONTACT) & careful)
         if len(designs):
             announce(SQP)
-            again = select(problem, designs)
-            second = make_trace(*_room(again, constraints))
-            trace_carefully(again, options, second)
-            _replace(trace, second, designs)
-            seen = review(trace.rows, positions)
+            _again_carefully(problem, trace, designs, options, gain=0)
             smooth = designs[problem.mu[designs] == 0.0]
             for changes in _AGAIN:
                 smooth = smooth[_unsolved(trace)[smooth]]
                 if not len(smooth):
                     break
-                again = select(problem, smooth)
-                second = make_trace(*_room(again, constraints))
-                trace_carefully(again, options._replace(**changes), second)
-                _replace(trace, second, smooth, gain=1)
-                seen = review(trace.rows, positions)
+                _again_carefully(problem, trace, smooth, options._replace(**changes), gain=1)
+            seen = review(trace.rows, positions)
             rubs = problem.mu[designs] > 0.0
             designs = designs[rubs & (seen.worst[designs] > status.NO_CONTACT)]
         if len(designs):  # a branch that really ends, with friction
-            again = select(problem, designs)
-            second = make_trace(*_room(again, constraints))
-            trace_lanes(again, options.tolerance, LONGEST_MOVE, second, careful[designs])
-            _replace(trace, second, designs, gain=1)
+            _again_side_by_side(problem, trace, designs, options, careful[designs])
             seen = review(trace.rows, positions)
     if problem.form == c.CLOSEST and _go_on_behind(problem, options, trace):
         seen = review(trace.rows, positions)
@@ -265,15 +256,38 @@ def _go_on_behind(problem: Problem, options: Options, trace: Trace) -> bool:
     whether there are any."""
     designs, behind = states_behind(problem, options.tolerance, trace)
     if len(designs):
-        again = select(problem, designs)
-        second = make_trace(*_room(again, most_constraints(again)))
         over = np.ones(len(designs), dtype=bool)
-        trace_lanes(again, options.tolerance, LONGEST_MOVE, second, over, behind)
-        _replace(trace, second, designs, gain=1)
+        _again_side_by_side(problem, trace, designs, options, over, behind)
     return len(designs) > 0
 
 
-def _replace(trace: Trace, second: Trace, designs: Array, gain: int = 0) -> None:
+def _again_carefully(
+    problem: Problem, trace: Trace, designs: Array, options: Options, gain: int
+) -> None:
+    """A second attempt at `designs` by the SQP, taken over by `_replace`."""
+    part = select(problem, designs)
+    second = make_trace(*_room(part, most_constraints(part)))
+    trace_carefully(part, options, second)
+    _replace(trace, second, designs, gain)
+
+
+def _again_side_by_side(
+    problem: Problem,
+    trace: Trace,
+    designs: Array,
+    options: Options,
+    over: Array,
+    behind: States | None = None,
+) -> None:
+    """A second attempt at `designs` in the lanes (`trace_lanes`), taken over where it solves more
+    rows."""
+    part = select(problem, designs)
+    second = make_trace(*_room(part, most_constraints(part)))
+    trace_lanes(part, options.tolerance, LONGEST_MOVE, second, over, behind)
+    _replace(trace, second, designs, gain=1)
+
+
+def _replace(trace: Trace, second: Trace, designs: Array, gain: int) -> None:
     """Take over the second attempt at `designs` where it solves at least `gain` more rows."""
     solved: Array = second.rows[:, :, rows.STATUS] <= status.NO_CONTACT
     before: Array = trace.rows[designs, :, rows.STATUS] <= status.NO_CONTACT

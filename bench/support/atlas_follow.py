@@ -89,11 +89,17 @@ def follow(chain: Chain, first: float, stop: float) -> Followed:
     deep = -min(chain.gaps(z, float(position)).min() for position in way)
     # of the unknowns: what moves the finger as deep as the target is in the undeformed one
     unit = min(deep, 1.0) / np.linalg.norm(chain.slopes(z, first), axis=1).max()
-    done, step, snapped, snaps = 0.0, LARGEST, np.nan, 0
+    done, step, snapped, snaps, push = 0.0, LARGEST, np.nan, 0, 0.0
     for _ in range(MOST_SOLVES):
         to = min(done + step, 1.0)
-        trial = _minimise(chain, z, first + to * (stop - first), unit, deep, rng)
-        odd = 0.0 if trial is None else _unexplained(chain, z, trial, done, to, first, stop, deep)
+        position = first + to * (stop - first)
+        trial = _minimise(chain, z, position, unit, deep, rng)
+        odd, ahead = 0.0, 0.0
+        if trial is not None:
+            ahead = _push(chain, trial, position, deep)
+            work = 0.5 * (push + ahead) * (to - done) * (stop - first)
+            before, after = 0.5 * z @ z, 0.5 * trial @ trial
+            odd = (after - before - work) / max(before, after, np.finfo(float).tiny)
         far = trial is None or np.linalg.norm(trial - z) > NEAR * max(unit, np.linalg.norm(z))
         far = far or abs(odd) > UNEXPLAINED
         if far and step > SMALLEST:
@@ -106,7 +112,7 @@ def follow(chain: Chain, first: float, stop: float) -> Followed:
             snaps += 1
             if trial is None or snaps > MOST_SNAPS:
                 return Followed(ENDS if trial is None else UNKNOWN, z, snapped)
-        z, done, step = trial, to, min(2.0 * step, LARGEST)
+        z, push, done, step = trial, ahead, to, min(2.0 * step, LARGEST)
         if done == 1.0:
             clear = chain.is_clear(z, stop)
             what = BEHIND if snaps else REACHED
@@ -133,50 +139,23 @@ def _minimise(
     if not np.isfinite(new).all() or chain.gaps(new, position).min() < -CLEAR * deep:
         return None
     return (
-        new
-        if _residual(chain, new, position, deep) < KKT * max(unit, np.linalg.norm(new))
-        else None
+        new if _held(chain, new, position, deep)[2] < KKT * max(unit, np.linalg.norm(new)) else None
     )
-
-
-def _unexplained(
-    chain: Chain,
-    z: Array,
-    new: Array,
-    done: float,
-    to: float,
-    first: float,
-    stop: float,
-    deep: float,
-) -> float:
-    """Energy from z (n,) to `new`, over what is stored, which the target's work on the way does not
-    give."""
-    way = stop - first
-    work = (
-        0.5
-        * (to - done)
-        * way
-        * (_push(chain, z, first + done * way, deep) + _push(chain, new, first + to * way, deep))
-    )
-    before, after = 0.5 * z @ z, 0.5 * new @ new
-    return float((after - before - work) / max(before, after, np.finfo(float).tiny))
 
 
 def _push(chain: Chain, z: Array, position: float, deep: float) -> float:
     """Work of the target per unit of its way: the forces that hold z (n,), times how fast their
     gaps close (central differences)."""
-    touching = chain.gaps(z, position) < 10.0 * CLEAR * deep
-    if not touching.any():
-        return 0.0
-    force = nnls(chain.slopes(z, position)[touching].T, z)[0]
+    touching, force, _ = _held(chain, z, position, deep)
     h = 1e-6 * max(1.0, abs(position))
     ahead, behind = chain.gaps(z, position + h), chain.gaps(z, position - h)
     return float(force @ (behind - ahead)[touching] / (2.0 * h))
 
 
-def _residual(chain: Chain, z: Array, position: float, deep: float) -> float:
-    """How far z (n,) is from what forces >= 0 in the contacts hold."""
+def _held(chain: Chain, z: Array, position: float, deep: float) -> tuple[Array, Array, float]:
+    """Which gaps touch (m,), the forces >= 0 in them that hold z (n,) best, and how far off that
+    is."""
     touching = chain.gaps(z, position) < 10.0 * CLEAR * deep
     if not touching.any():
-        return float(np.linalg.norm(z))
-    return float(nnls(chain.slopes(z, position)[touching].T, z)[1])
+        return touching, np.zeros(0), float(np.linalg.norm(z))
+    return touching, *nnls(chain.slopes(z, position)[touching].T, z)
